@@ -6,6 +6,7 @@ import stat
 import tempfile
 from collections.abc import Iterator
 from contextlib import contextmanager
+from itertools import chain, count
 from pathlib import Path
 
 from mobilegs.errors import InputError
@@ -69,6 +70,12 @@ def atomic_write(path: Path | str, content: bytes | str) -> None:
         temporary.write_bytes(content.encode() if isinstance(content, str) else content)
 
 
+def free_path(path: Path) -> Path:
+    """Return the first of NAME, NAME-2, NAME-3, ... beside `path` that no file has."""
+    numbered = (path.with_stem(f"{path.stem}-{number}") for number in count(2))
+    return next(each for each in chain([path], numbered) if not each.exists())
+
+
 def remove_unfinished(path: Path) -> None:
     """Remove temporary files of `path`, a pattern, that killed processes left.
 
@@ -79,13 +86,23 @@ def remove_unfinished(path: Path) -> None:
         left.unlink(missing_ok=True)
 
 
+@contextmanager
+def reading(path: Path) -> Iterator[None]:
+    """Raise InputError for a file that the block cannot read."""
+    try:
+        yield
+    except OSError as error:
+        raise InputError(f"cannot read {path}: {error.strerror or error}") from error
+
+
 def file_size(path: Path) -> int:
     """Return the bytes in a regular file.
 
-    Raises InputError for a folder, a device or a pipe, which could block or never end, and OSError
-    if `path` does not exist.
+    Raises InputError if `path` does not exist, and for a folder, a device or a pipe, which could
+    block or never end.
     """
-    status = path.stat()
+    with reading(path):
+        status = path.stat()
     if not stat.S_ISREG(status.st_mode):
         raise InputError(f"cannot read {path}: it is a folder, a device or a pipe")
     return status.st_size
@@ -97,7 +114,7 @@ def read_if(path: Path, starts: tuple[bytes, ...]) -> bytes:
     Raises as `file_size`.
     """
     file_size(path)
-    with path.open("rb", buffering=0) as file:
+    with reading(path), path.open("rb", buffering=0) as file:
         head = file.read(HEAD)
         if not head.startswith(starts):
             return head

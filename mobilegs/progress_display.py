@@ -199,7 +199,7 @@ def _bar(title: str) -> Iterator[Advance]:
         bars.MofNCompleteColumn(),
         bars.TimeRemainingColumn(),
     )
-    # what is printed to a file must not go to the terminal of the bar
+    # text for a file must not go to the terminal of the bar
     redirect = is_terminal(sys.stdout)
     console = Console(stderr=True)
     shown = bars.Progress(*columns, console=console, transient=True, redirect_stdout=redirect)

@@ -22,7 +22,6 @@ from mobilegs.formats.ply import read_ply_up, write_ply
 from mobilegs.gaussians import Gaussians
 from mobilegs.mgs.codec import inspect_mgs, read_mgs
 from mobilegs.mgs.contents import MgsContents
-from mobilegs.mgs.huffman import huffman_bytes
 from mobilegs.render.project import CLASSIC, Footprint
 from mobilegs.render.scene import Scene
 from mobilegs.render.transform import transformed
@@ -73,8 +72,8 @@ def plain_scene_at(path: Path) -> Path:
 def read_plain_scene(path: Path, device: torch.device | str = "cpu") -> Scene:
     """Read a plain 3DGS scene of any format; of a run's folder, its teacher.
 
-    Raises:
-        InputError: the file is a .mgs or another kind of file, is damaged, or has no Gaussians.
+    Raises InputError if the file is a .mgs or another kind of file, is damaged, or has no
+    Gaussians.
     """
     path = plain_scene_at(path)
     if path.suffix.lower() == ".mgs":
@@ -91,10 +90,7 @@ def open_scene(path: Path | str, device: torch.device | str = "cpu") -> Scene:
     A .mgs names its blending, footprint, background and near plane, and its training cameras tell
     which way is up. The others are blended sorted over black, with the near plane of `near_of`; a
     .ply, .spz or .sog may be antialiased, a .ply may name its upward direction, and that of a .glb
-    is glTF's.
-
-    Raises:
-        InputError: the file is of another kind, is damaged, or cannot be read.
+    is glTF's. Raises InputError if the file is of another kind, is damaged, or cannot be read.
     """
     path = scene_at(Path(path))
     kind = path.suffix.lower()
@@ -166,16 +162,12 @@ class MgsFileContents(SceneContents, MgsContents):
 def inspect_scene(path: Path) -> SceneContents | MgsFileContents:
     """Report the content of a scene file; that of a .mgs has the keys of `MgsFileContents`.
 
-    Raises:
-        InputError: as `open_scene`.
+    Raises InputError as `open_scene`.
     """
     if path.suffix.lower() == ".mgs":
-        coded = read_mgs(path)
-        contents, huffman = inspect_mgs(path), huffman_bytes(coded)
-        for row in contents["streams"]:
-            row["huffman_bytes"] = huffman.get(row["name"])
-        up = None if coded.up is None else coded.up.tolist()
-        return {"file": str(path), **contents, "up": up}
+        up = read_mgs(path).up
+        contents = inspect_mgs(path)
+        return {"file": str(path), **contents, "up": None if up is None else up.tolist()}
     scene = open_scene(path)
     gaussians = scene.gaussians
     size = size_of(path)
@@ -201,13 +193,11 @@ def write_gaussians(
 ) -> int:
     """Write a scene for sorted blending in the format `kind`, atomically; returns its bytes.
 
-    A .ply names the upward direction `up`. The other formats have one, to which the scene is
-    turned (`turn_needed`). `note`, one line, goes into the file's header; a .spz has no place for
-    it. A .glb has no place for an antialiased footprint. This, Gaussians that are not finite, and
-    what the file does not hold of the others (`formats.fidelity`) are named in logged warnings.
-
-    Raises:
-        InputError: the format cannot hold the scene, or most of its Gaussians would be lost.
+    A .ply names the upward direction `up`. The other formats have one, to which the scene is turned
+    (`turn_needed`). `note`, one line, goes into the file's header; a .spz has no place for it. A
+    .glb has no place for an antialiased footprint. This, Gaussians that are not finite, and what
+    the file does not hold of the others (`formats.fidelity`) are named in logged warnings. Raises
+    InputError if the format cannot hold the scene, or most of its Gaussians would be lost.
     """
     if kind == "ply":
         write_ply(output, gaussians, footprint=footprint, up=up, note=note)
@@ -217,7 +207,7 @@ def write_gaussians(
         assert up is not None
         gaussians = transformed(gaussians, turn_from_usual(up).T, np.zeros(3))
     write = WRITERS[kind]
-    held = signature(write).parameters  # `footprint`, `note`: what the file has a place for
+    held = signature(write).parameters  # `footprint`, `note`, if the file has a place for them
     if "footprint" not in held and footprint != CLASSIC:
         log.warning("a .%s has no place for the scene's footprint: readers draw 3DGS's", kind)
     values = {"footprint": footprint, "note": note}

@@ -7,7 +7,7 @@ from pathlib import Path
 PACKAGE = Path(__file__).parent.parent / "mobilegs"
 # in the order of docs/explanation/architecture.md
 LEVELS: list[set[str]] = [
-    {"errors", "atomic", "validation", "progress_display"},
+    {"errors", "atomic", "validation", "progress_display", "child_process", "extras"},
     {"reproducible", "device"},
     {"camera", "gaussians", "spherical_harmonics", "up", "kmeans"},
     {"csrc"},
@@ -15,6 +15,7 @@ LEVELS: list[set[str]] = [
     {"viewpoints"},
     {"data"},
     {"capture"},
+    {"packed_gaussians"},
     {"formats"},
     {"representation"},
     {"mgs"},

@@ -46,6 +46,7 @@ from bench.paper.cells import (
     recipe_of,
     teacher_folder,
 )
+from bench.paper.huffman import huffman_bytes
 from bench.paper.rows import ARCHIVED, BASE, ROWS, Row
 from bench.paper.student import student_class
 from mobilegs.atomic import atomic_write
@@ -58,7 +59,6 @@ from mobilegs.evaluate.lpips import LpipsSuite, lpips_from
 from mobilegs.evaluate.report import evaluate, peak_memory_mib, to_json
 from mobilegs.formats.ply import read_ply_scene, write_ply
 from mobilegs.mgs.codec import inspect_mgs, read_mgs, write_mgs
-from mobilegs.mgs.huffman import huffman_bytes
 from mobilegs.mgs.quantized_scene import QuantizedScene
 from mobilegs.render.scene import Scene
 from mobilegs.train.distributed import Team

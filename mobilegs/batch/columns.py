@@ -30,10 +30,10 @@ from mobilegs.scene_file import PLAIN
 
 Options = Mapping[str, str]  # texts by column
 EXPORTS: tuple[Export, ...] = get_args(Export)
-OF_THE_LIST = ("name", "source")
-OF_THE_EXPORT = ("export", "title")
+LIST_COLUMNS = ("name", "source")
+EXPORT_COLUMNS = ("export", "title")
 # fields that the batch gives itself
-OWN = (
+BATCH_FIELDS = (
     "source", "output", "resume", "device", "lpips_weights", "live", "live_at",
 )  # fmt: skip
 RUNS: dict[RowKind, tuple[type, ...]] = {
@@ -41,13 +41,13 @@ RUNS: dict[RowKind, tuple[type, ...]] = {
     "photos": (CaptureRun, TrainRun),
     "scene": (CompressRun,),
 }
-ALLOWED = {  # by tyro's description of a type
+TYPE_WORDS = {  # by tyro's description of a type
     "INT": "a whole number",
     "FLOAT": "a number",
     "FLOAT FLOAT FLOAT": "3 numbers",
     "{True,False}": "true or false",
 }
-WHAT: dict[RowKind, str] = {
+KIND_WORDS: dict[RowKind, str] = {
     "capture": "a capture",
     "photos": "photos without poses",
     "scene": "a trained scene",
@@ -72,7 +72,7 @@ def kind_of(path: Path) -> RowKind:
 @cache
 def columns_of(run: type) -> dict[str, PrimitiveConstructorSpec]:
     """Return the command line's parser for every column that stands for a field of `run`."""
-    own = (*OWN, "capture" if run is TrainRun else "scene")
+    own = (*BATCH_FIELDS, "capture" if run is TrainRun else "scene")
     parsers = {}
     for name, hint in get_type_hints(run).items():
         if name not in own:
@@ -91,8 +91,7 @@ def run_columns() -> dict[str, PrimitiveConstructorSpec]:
 
 
 def all_columns() -> list[str]:
-    """Return the names of all columns of a list."""
-    return [*OF_THE_LIST, *OF_THE_EXPORT, *run_columns()]
+    return [*LIST_COLUMNS, *EXPORT_COLUMNS, *run_columns()]
 
 
 def unknown_column(name: str) -> str:
@@ -104,7 +103,7 @@ def unknown_column(name: str) -> str:
 
 def applies(name: str, kind: RowKind) -> bool:
     """Return True if a column is an option of the runs of a kind of row."""
-    return name in OF_THE_EXPORT or any(name in columns_of(run) for run in RUNS[kind])
+    return name in EXPORT_COLUMNS or any(name in columns_of(run) for run in RUNS[kind])
 
 
 def validate_row(options: Options, own: Collection[str], kind: RowKind | None) -> None:
@@ -117,7 +116,7 @@ def validate_row(options: Options, own: Collection[str], kind: RowKind | None) -
     exports_of(options)
     for name in options:
         if kind is not None and name in own and not applies(name, kind):
-            raise InputError(f"'{name}' does not apply to {WHAT[kind]}: leave it empty")
+            raise InputError(f"'{name}' does not apply to {KIND_WORDS[kind]}: leave it empty")
         if name in run_columns():
             parsed(name, options[name])
     if kind is None:
@@ -161,7 +160,7 @@ def parsed(name: str, text: str) -> Any:
         value = parser.instance_from_str(words)
     except ValueError:
         choices = parser.choices and f"one of {', '.join(parser.choices)}"
-        allowed = ALLOWED.get(parser.metavar) or choices or "PATH=VALUE ..."
+        allowed = TYPE_WORDS.get(parser.metavar) or choices or "PATH=VALUE ..."
         raise InputError(f"{name} is {allowed}, not '{text}'") from None
     if isinstance(value, Path) and not value.exists():
         raise InputError(f"{name} is {text}, which does not exist")

@@ -1,9 +1,10 @@
 """Engines: run tasks on this machine (`LocalEngine`) or on a Ray cluster (`ray_engine`)."""
 
 import os
-import queue
 import threading
+import time
 from collections.abc import Sequence
+from concurrent.futures import FIRST_COMPLETED, Future, ThreadPoolExecutor, wait
 from dataclasses import dataclass, replace
 from typing import Protocol, runtime_checkable
 
@@ -51,7 +52,7 @@ class Engine(Protocol):
 
 
 class LocalEngine:
-    """Runs tasks in processes of this machine."""
+    """An `Engine` whose tasks are processes of this machine."""
 
     name = "this machine"
 
@@ -59,61 +60,42 @@ class LocalEngine:
         """Use all cores of this process, and GPUs with these values of CUDA_VISIBLE_DEVICES."""
         self._node = Node("local", available_cores(), len(gpus))
         self._cores, self._gpus = self._node.cores, list(gpus)
-        self._ended: queue.Queue[tuple[Task, Outcome]] = queue.Queue()
-        self._threads: list[threading.Thread] = []
+        self._pool = ThreadPoolExecutor(self._node.cores)
+        self._running: dict[Future[Outcome], tuple[Task, str | None]] = {}
         self._stopping = threading.Event()
 
     def nodes(self) -> list[Node]:
-        """Return this machine."""
         return [self._node]
 
     def accepts(self, task: Task) -> bool:
-        """Return True if there are free cores and GPUs for the task."""
         return task.cores <= self._cores and task.gpus <= len(self._gpus)
 
     def submit(self, task: Task) -> None:
-        """Start a task in a process."""
         self._cores -= task.cores
         gpu = self._gpus.pop() if task.gpus else None
-        visible = "" if gpu is None else gpu
-        given = replace(task, environment={**task.environment, "CUDA_VISIBLE_DEVICES": visible})
-
-        def run() -> None:
-            outcome = Outcome("lost", "it could not be started")
-            try:
-                outcome = run_task(given, self._stopping.is_set)
-            except OSError as error:
-                outcome = Outcome("lost", str(error))
-            finally:
-                if gpu is not None:
-                    self._gpus.append(gpu)
-                self._ended.put((task, outcome))
-
-        thread = threading.Thread(target=run, daemon=True)
-        thread.start()
-        self._threads.append(thread)
+        given = replace(task, environment={**task.environment, "CUDA_VISIBLE_DEVICES": gpu or ""})
+        future = self._pool.submit(run_task, given, self._stopping.is_set)
+        self._running[future] = task, gpu
 
     def ended(self, seconds: float) -> list[tuple[Task, Outcome]]:
-        """Return tasks that ended; wait for one for at most some seconds."""
-        try:
-            ended = [self._ended.get(timeout=seconds)]
-        except queue.Empty:
-            return []
-        while not self._ended.empty():
-            ended.append(self._ended.get())
-        for task, _ in ended:
+        if not self._running:
+            time.sleep(seconds)
+        ended = []
+        for future in wait(self._running, seconds, FIRST_COMPLETED).done:
+            task, gpu = self._running.pop(future)
             self._cores += task.cores
-        self._threads = [thread for thread in self._threads if thread.is_alive()]
+            if gpu is not None:
+                self._gpus.append(gpu)
+            error = future.exception()  # the process could not be started
+            ended.append((task, Outcome("lost", str(error)) if error else future.result()))
         return ended
 
     def stop(self) -> None:
-        """Stop all tasks, with their checkpoints, and wait for them."""
         self._stopping.set()
-        for thread in self._threads:
-            thread.join()
+        self._pool.shutdown()
 
     def close(self) -> None:
-        """Nothing is to be left."""
+        pass
 
 
 def available_cores() -> int:

@@ -12,7 +12,7 @@ from filelock import FileLock
 from mobilegs.atomic import make_folder
 from mobilegs.errors import InputError
 
-# what filesystems call a file's version
+# names that filesystems give to a file's version
 VERSIONS = (
     "size", "ETag", "etag", "md5Hash", "content_md5", "crc32c", "generation", "mtime",
     "LastModified", "last_modified", "updated", "created",

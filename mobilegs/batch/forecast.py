@@ -59,46 +59,34 @@ def forecast(
     or minute, of rows of its group if there are any. Returns None until every kind of stage that is
     to come was seen once.
     """
-    means = _Means(rows)
-    if any(stage not in means.of_stage for row in rows for stage in row.open):
+    taken: dict[Stage, list[float]] = {}
+    sized: dict[str, list[float]] = {}  # trainings by group, per step or minute
+    for row in rows:
+        for stage, seconds in row.taken.items():
+            taken.setdefault(stage, []).append(seconds)
+        if "train" in row.taken:
+            sized.setdefault(row.group, []).append(row.taken["train"] / row.size)
+    if any(stage not in taken for row in rows for stage in row.open):
         return None
-    left: list[dict[Stage, float]] = [
-        {stage: means.expected(row, stage) for stage in row.open} for row in rows
-    ]
-    for row, seconds in zip(rows, left, strict=True):
-        if row.open:
-            seconds[row.open[0]] = max(seconds[row.open[0]] - row.elapsed, 0.0)
+
+    def expected(row: Effort, stage: Stage) -> float:
+        if stage == "train" and row.group in sized:
+            return mean(sized[row.group]) * row.size
+        return mean(taken[stage])
+
+    left, begun = [], []  # seconds that rows still take, and those of running stages so far
+    for row in rows:
+        seconds = {stage: expected(row, stage) for stage in row.open}
+        for stage in row.open[:1]:
+            seconds[stage] = max(seconds[stage] - row.elapsed, 0.0)
+            begun.append({stage: row.elapsed})
+        left.append(seconds)
     ahead = _total(left, shares)
-    past = _total([row.taken for row in rows], shares)
-    spent = [sum(row.lost[i] for row in rows) for i in (0, 1)]
-    running = _total(
-        [{row.open[0]: row.elapsed} if row.open else {} for row in rows], shares
-    )  # so far, of stages that are not done
     longest = max((sum(seconds.values()) for seconds in left), default=0.0)
     wait = max(ahead[0] / max(cores, 1), ahead[1] / gpus if gpus else 0.0, longest)
-    hours = [(ahead[i] + past[i] + spent[i] + running[i]) / HOUR for i in (0, 1)]
+    whole = _total([*left, *begun, *(row.taken for row in rows)], shares)
+    hours = [(whole[i] + sum(row.lost[i] for row in rows)) / HOUR for i in (0, 1)]
     return Forecast(wait, hours[0], hours[1])
-
-
-class _Means:
-    """Mean seconds of stages that are done."""
-
-    def __init__(self, rows: Sequence[Effort]) -> None:
-        whole: dict[Stage, list[float]] = {}
-        sized: dict[str, list[float]] = {}
-        for row in rows:
-            for stage, seconds in row.taken.items():
-                whole.setdefault(stage, []).append(seconds)
-            if "train" in row.taken:
-                sized.setdefault(row.group, []).append(row.taken["train"] / row.size)
-        self.of_stage = {stage: mean(values) for stage, values in whole.items()}
-        self._per_size = {group: mean(values) for group, values in sized.items()}
-
-    def expected(self, row: Effort, stage: Stage) -> float:
-        """Return the seconds that a stage of a row will take."""
-        if stage == "train" and row.group in self._per_size:
-            return self._per_size[row.group] * row.size
-        return self.of_stage[stage]
 
 
 def _total(rows: Sequence[dict[Stage, float]], shares: dict[Stage, Share]) -> tuple[float, float]:

@@ -14,7 +14,7 @@ TEMPLATE = Path(__file__).with_name("page.html")
 # label, key to sort by, text, whether the first click sorts upwards
 Column = tuple[str, Callable[[Entry], float | None], Callable[[float], str], bool]
 COLUMNS: tuple[Column, ...] = (
-    ("MB", lambda each: _over(each.file_bytes, 1e6), lambda value: f"{value:.2f}", True),
+    ("MB", lambda each: each.file_bytes, lambda value: f"{value / 1e6:.2f}", True),
     ("PSNR, dB", lambda each: each.psnr, lambda value: f"{value:.2f}", False),
     ("Gaussians", lambda each: each.gaussians, lambda value: f"{value:,.0f}", False),
     ("Minutes", lambda each: each.minutes or None, lambda value: f"{value:.1f}", True),
@@ -60,7 +60,6 @@ def _head() -> str:
 
 
 def _row(each: Entry) -> str:
-    """Return a row of the table."""
     page = None if each.page is None else quote(each.page)
     poster = (
         "" if each.poster is None else f'<img src="{quote(each.poster)}" alt="" loading="lazy" />'
@@ -93,7 +92,3 @@ def _about(each: Entry) -> str:
     width, height = each.image_size
     parts = [each.options.get("title", ""), f"{each.photos} photos of {width} x {height}"]
     return ", ".join(filter(None, parts))
-
-
-def _over(value: int | None, unit: float) -> float | None:
-    return None if value is None else value / unit

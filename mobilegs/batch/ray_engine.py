@@ -6,10 +6,10 @@ import time
 from typing import Any
 
 from mobilegs.batch.engine import Node
-from mobilegs.batch.task import GRACE, Outcome, Task, run_task
-from mobilegs.errors import InputError
+from mobilegs.batch.task import GRACE_SECONDS, Outcome, Task, run_task
+from mobilegs.extras import extra_module
 
-AHEAD = 1.25  # share of the cluster that is asked for, so that no machine waits for the batch
+SUBMITTED_SHARE = 1.25  # of the cluster, so that no machine waits for the batch
 
 
 def _run(line: str) -> tuple[str, str]:
@@ -19,7 +19,7 @@ def _run(line: str) -> tuple[str, str]:
 
 
 class RayEngine:
-    """Runs tasks on the Ray cluster of RAY_ADDRESS or of this machine."""
+    """An `Engine` that runs tasks on the Ray cluster of RAY_ADDRESS or of this machine."""
 
     def __init__(self, *, start: bool) -> None:
         """Join the cluster; if there is none, `start` one on this machine.
@@ -27,15 +27,10 @@ class RayEngine:
         Raises ConnectionError if there is none, and InputError if Ray is not installed.
         """
         os.environ.setdefault("RAY_USAGE_STATS_ENABLED", "0")  # sends nothing to anybody
-        # a task without GPUs shall see none, now and in later versions
+        # a task without GPUs sees none, also in later versions of Ray
         os.environ.setdefault("RAY_ACCEL_ENV_VAR_OVERRIDE_ON_ZERO", "1")
-        try:
-            import ray
-        except ImportError:
-            raise InputError(
-                "Ray is not installed: pip install 'mobilegs[batch]', or add --engine local"
-            ) from None
-        self._ray: Any = ray
+        needed = "a batch without --engine local needs Ray"
+        self._ray = ray = extra_module("ray", needed, "batch")
         address = os.environ.get("RAY_ADDRESS") or (None if start else "auto")
         ray.init(address, log_to_driver=False, logging_level=logging.CRITICAL)
         self.name = f"Ray {ray.__version__}"
@@ -43,7 +38,6 @@ class RayEngine:
         self._running: dict[Any, Task] = {}
 
     def nodes(self) -> list[Node]:
-        """Return the machines of the cluster that are alive."""
         alive = [
             Node(node["NodeName"], int(own.get("CPU", 0)), int(own.get("GPU", 0)))
             for node in self._ray.nodes()
@@ -52,22 +46,19 @@ class RayEngine:
         return [node for node in alive if node.cores]  # a head may leave the work to others
 
     def accepts(self, task: Task) -> bool:
-        """Return True while little more than the whole cluster is asked for."""
         nodes = self.nodes()
         cores = sum(other.cores for other in self._running.values())
         gpus = sum(other.gpus for other in self._running.values())
         if task.gpus:
-            return gpus < max(1, AHEAD * sum(node.gpus for node in nodes))
-        return cores < max(1, AHEAD * sum(node.cores for node in nodes))
+            return gpus < max(1, SUBMITTED_SHARE * sum(node.gpus for node in nodes))
+        return cores < max(1, SUBMITTED_SHARE * sum(node.cores for node in nodes))
 
     def submit(self, task: Task) -> None:
-        """Queue a task; Ray chooses the machine."""
         options = {"num_cpus": task.cores, "num_gpus": task.gpus, "max_retries": 0}
         function = self._function.options(scheduling_strategy="SPREAD", **options)
         self._running[function.remote(task.as_json())] = task
 
     def ended(self, seconds: float) -> list[tuple[Task, Outcome]]:
-        """Return tasks that ended; wait for one for at most some seconds."""
         if not self._running:
             time.sleep(seconds)
             return []
@@ -91,13 +82,13 @@ class RayEngine:
         return Outcome(result, message)
 
     def stop(self) -> None:
-        """Stop all tasks, with their checkpoints, and wait for them."""
         for reference in self._running:
             self._ray.cancel(reference)
         if self._running:
-            self._ray.wait(list(self._running), num_returns=len(self._running), timeout=GRACE)
+            self._ray.wait(
+                list(self._running), num_returns=len(self._running), timeout=GRACE_SECONDS
+            )
         self._running = {}
 
     def close(self) -> None:
-        """Leave the cluster."""
         self._ray.shutdown()

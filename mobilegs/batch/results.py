@@ -24,7 +24,6 @@ class Entry:
 
     Attributes:
         name, source, kind, options: of the row.
-        state: waiting, running, done or failed.
         error: why it failed.
         command: the single command that trains the same scene.
         seconds: of the tasks by stage, all tries together.

@@ -3,7 +3,7 @@
 import json
 import time
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import AbstractContextManager, contextmanager
 from pathlib import Path
 from typing import Any, Literal
 
@@ -64,7 +64,6 @@ class RowFolder:
         return (path, place["kind"]) if path.exists() else None
 
     def append(self, event: str, attempt: int, **about: Any) -> None:
-        """Append an event with the time."""
         row = {"event": event, "attempt": attempt, "time": round(time.time(), 3), **about}
         with self.events_file.open("a") as file:
             file.write(json.dumps(row) + "\n")
@@ -81,40 +80,38 @@ class RowFolder:
                 continue
         return events
 
-    def started(self, attempt: int) -> dict[str, Any] | None:
-        """Return the event of an attempt that began, if it did."""
-        return self._find("started", attempt)
-
-    def ended(self, attempt: int) -> dict[str, Any] | None:
-        """Return the event of an attempt that ended, if it did."""
-        return self._find("ended", attempt)
+    def find(self, event: Literal["started", "ended"], attempt: int) -> dict[str, Any] | None:
+        """Return this event of an attempt, if it happened."""
+        for row in self.events():
+            if row["event"] == event and row["attempt"] == attempt:
+                return row
+        return None
 
     def done_stages(self) -> set[str]:
-        """Return the stages that are done."""
         return {row["stage"] for row in self.events() if row.get("result") == "done"}
 
     def attempts(self) -> int:
         """Return the number of the last attempt, or 0."""
         return max((row["attempt"] for row in self.events()), default=0)
 
-    def _find(self, event: str, attempt: int) -> dict[str, Any] | None:
-        for row in self.events():
-            if row["event"] == event and row["attempt"] == attempt:
-                return row
-        return None
-
-    @contextmanager
-    def lock(self) -> Iterator[None]:
+    def lock(self) -> AbstractContextManager[None]:
         """Keep other machines from this row; wait for one that is ending.
 
         Raises TimeoutError if another machine keeps the row.
         """
-        lock = FileLock(self.own / ".lock")
-        try:
-            lock.acquire(timeout=LOCK_SECONDS)
-        except Timeout:
-            raise TimeoutError(f"another process works in {self.path}") from None
-        try:
-            yield
-        finally:
-            lock.release()
+        error = TimeoutError(f"another process works in {self.path}")
+        return locked(self.own / ".lock", error, seconds=LOCK_SECONDS)
+
+
+@contextmanager
+def locked(path: Path, error: Exception, *, seconds: float = 0.0) -> Iterator[None]:
+    """Hold the lock file `path`; raises `error` if another process keeps it for some seconds."""
+    lock = FileLock(path)
+    try:
+        lock.acquire(timeout=seconds)
+    except Timeout:
+        raise error from None
+    try:
+        yield
+    finally:
+        lock.release()

@@ -24,7 +24,7 @@ from mobilegs.errors import InputError
 
 NAME = re.compile(r"[\w][\w.+-]{0,99}")
 # names in a batch's folder that no row can have
-TAKEN = ("cache", "index.html", "results.jsonl")
+RESERVED_NAMES = ("cache", "index.html", "results.jsonl")
 FAULTS_MAX = 20  # that are printed
 
 
@@ -108,7 +108,7 @@ def _row(number: int, cells: Mapping[str, Any], defaults: Mapping[str, str], fol
             f"'{name}' cannot be the name of a folder: use letters, digits, '.', '_' and '-' in "
             "the column 'name'"
         )
-    if name.lower() in TAKEN:
+    if name.lower() in RESERVED_NAMES:
         raise InputError(f"the name '{name}' is taken by the batch: give another one")
     return Row(number, name, source, texts, sorted(own.keys() & texts.keys()))
 
@@ -141,12 +141,16 @@ def _validated(row: Row) -> Row:
     return replace(row, options=options)
 
 
-def _of_csv(path: Path) -> Iterator[dict[str, Any]]:
+def _text_in(path: Path) -> str:
     try:
-        text = path.read_text(encoding="utf-8-sig")
+        return path.read_text(encoding="utf-8-sig")
     except UnicodeDecodeError:
         raise InputError(f"{path} is not text in UTF-8") from None
-    reader = csv.DictReader(io.StringIO(text, newline=""), restkey="", strict=True)
+
+
+def _of_csv(path: Path) -> Iterator[dict[str, Any]]:
+    text = io.StringIO(_text_in(path), newline="")
+    reader = csv.DictReader(text, restkey="", strict=True)
     try:
         names = [name.strip() for name in reader.fieldnames or []]
         twice = sorted({name for name in names if names.count(name) > 1})
@@ -165,11 +169,7 @@ def _of_csv(path: Path) -> Iterator[dict[str, Any]]:
 
 
 def _of_json_lines(path: Path) -> Iterator[dict[str, Any]]:
-    try:
-        lines = path.read_text(encoding="utf-8-sig").splitlines()
-    except UnicodeDecodeError:
-        raise InputError(f"{path} is not text in UTF-8") from None
-    for number, line in enumerate(lines, start=1):
+    for number, line in enumerate(_text_in(path).splitlines(), start=1):
         if not line.strip():
             continue
         try:

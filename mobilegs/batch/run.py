@@ -2,13 +2,10 @@
 
 import os
 import time
-from collections.abc import Callable, Iterator, Sequence
-from contextlib import contextmanager
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Literal
-
-from filelock import FileLock, Timeout
 
 from mobilegs.atomic import make_folder
 from mobilegs.batch.columns import kind_of
@@ -17,14 +14,13 @@ from mobilegs.batch.fetch import is_address
 from mobilegs.batch.forecast import Effort, Forecast, Share, forecast
 from mobilegs.batch.page import write_page
 from mobilegs.batch.results import Entry, State, entry_of, read_effort, write_results
-from mobilegs.batch.row_folder import RowFolder, RowKind
+from mobilegs.batch.row_folder import RowFolder, RowKind, locked
 from mobilegs.batch.rows import Row, refuse
-from mobilegs.batch.task import STAGES, Outcome, Stage, Task
+from mobilegs.batch.task import POLL_SECONDS, STAGES, Outcome, Stage, Task
 from mobilegs.errors import InputError
 from mobilegs.progress_display import INTERVAL, clock
 from mobilegs.train.run_dir import RunDir
 
-POLL = 0.5  # seconds between two looks at the tasks
 PUBLISH_SECONDS = 5.0  # between two versions of results and page
 CORES_MAX = 8  # of a task, unless more are asked for: trainings gain little from more
 GPU_CORES_MAX = 4  # beside a GPU
@@ -39,17 +35,7 @@ DOING = {
 
 @dataclass(frozen=True)
 class BatchOptions:
-    """Options of a batch.
-
-    Attributes:
-        output: folder of the batch, on storage that all machines share.
-        resume: continue a batch in that folder.
-        device: of the trainings: auto, cpu or cuda.
-        cores: of each pose finding, and of each training without a GPU; None is a usual number.
-        retries: further tries of a stage after the first.
-        cache: folder for fetched sources; None is one in `output`.
-        prices: of a core-hour and a GPU-hour, or None.
-    """
+    """Options of a batch: those of `mobilegs batch` with the same names."""
 
     output: Path
     resume: bool = False
@@ -169,7 +155,9 @@ def run_batch(
     once all tasks have written their checkpoints.
     """
     open_folder(options, rows)
-    with _lock(options.output):
+    output = options.output
+    busy = InputError(f"another batch works in {output}: wait for it to end")
+    with locked(output / ".lock", busy):
         engine = open_engine()
         try:
             nodes = engine.nodes()
@@ -199,7 +187,7 @@ class Batch:
         say: Callable[[str], None],
         summarize: Callable[[str], None],
     ) -> None:
-        """Read how far earlier sessions brought the rows. Arguments as in `run_batch`."""
+        """Read the states of the rows from their folders. Arguments as in `run_batch`."""
         self.options, self.engine, self.shares = options, engine, shares
         self.say, self.summarize = say, summarize
         self.cache = (options.cache or options.output / "cache").resolve()
@@ -210,7 +198,7 @@ class Batch:
         self.changed = True
 
     def _begin(self, row: Row) -> TrackedRow:
-        """Return a row with its state, as far as earlier sessions brought it."""
+        """Return a row with the state that its folder tells."""
         folder = RowFolder((self.options.output / row.name).resolve())
         folder.create(row.source, row.options, row.own)
         if not is_address(row.source):
@@ -222,13 +210,13 @@ class Batch:
     def run(self) -> list[Entry]:
         """Work until every row is done or failed; return what became of them.
 
-        After KeyboardInterrupt all tasks have stopped, and another session can continue.
+        After KeyboardInterrupt all tasks have stopped, and another call can continue.
         """
         try:
             while any(each.state in ("waiting", "running") for each in self.rows):
                 self._submit()
                 self._note_started()
-                for task, outcome in self.engine.ended(POLL):
+                for task, outcome in self.engine.ended(POLL_SECONDS):
                     self._note_ended(self.by_folder[task.folder], task, outcome)
                 self._publish()
         finally:
@@ -263,7 +251,7 @@ class Batch:
                 if share.gpus:
                     gpus_taken = True
                     continue  # other stages may use cores
-                break  # else small tasks would keep the cores from a large one for ever
+                break  # small tasks would keep the cores from a large one
             each.attempt, each.state, each.started = task.attempt, "running", None
             each.tries += 1
             self.engine.submit(task)
@@ -274,7 +262,7 @@ class Batch:
         """Say which tasks have begun, and where."""
         for each in self.rows:
             if each.state == "running" and each.started is None:
-                event = each.folder.started(each.attempt)
+                event = each.folder.find("started", each.attempt)
                 if event is not None:
                     each.started = event["time"]
                     again = f", try {each.tries}" if each.tries > 1 else ""
@@ -287,8 +275,8 @@ class Batch:
 
     def _note_ended(self, each: TrackedRow, task: Task, outcome: Outcome) -> None:
         """Bring a row to its next stage, to another try, or to its end."""
-        if each.folder.ended(task.attempt) is None:  # its machine could not say so itself
-            started = each.folder.started(task.attempt) or {"time": time.time(), "host": ""}
+        if each.folder.find("ended", task.attempt) is None:  # its machine could not say so itself
+            started = each.folder.find("started", task.attempt) or {"time": time.time(), "host": ""}
             about = {"stage": task.stage, "cores": task.cores, "gpus": task.gpus}
             each.folder.append(
                 "ended",
@@ -341,7 +329,8 @@ class Batch:
         """Return a line about the whole batch: done, failed, time left, hours and cost."""
         states = [each.state for each in self.rows]
         parts = [f"{states.count('done')} of {len(states)} done"]
-        parts += [f"{states.count(state)} {state}" for state in ("failed",) if state in states]
+        if "failed" in states:
+            parts.append(f"{states.count('failed')} failed")
         text = ", ".join(parts) + f" after {clock(time.monotonic() - self.begun)}"
         expected = self.forecast()
         if expected is None:
@@ -393,17 +382,3 @@ def open_after(stage: Stage | None, kind: RowKind | None) -> list[Stage]:
         return []
     skipped = () if kind == "photos" else ("poses",)
     return [each for each in STAGES[STAGES.index(stage) :] if each not in skipped]
-
-
-@contextmanager
-def _lock(output: Path) -> Iterator[None]:
-    """Keep other batches from a folder. Raises InputError if one has it."""
-    lock = FileLock(output / ".lock")
-    try:
-        lock.acquire(blocking=False)
-    except Timeout:
-        raise InputError(f"another batch works in {output}: wait for it to end") from None
-    try:
-        yield
-    finally:
-        lock.release()

@@ -17,8 +17,8 @@ from mobilegs.pipeline.options import TrainRun
 from mobilegs.pipeline.train import train_capture
 from mobilegs.progress_display import show_progress
 from mobilegs.train.run_dir import RunDir
-from mobilegs.view.export import export_html, export_site, jpeg, title_of
-from mobilegs.view.poster import posters_of
+from mobilegs.view.export import export_html, export_site, title_of
+from mobilegs.view.poster import jpeg, posters_of
 from mobilegs.view.report import write_report
 
 POSTER = (800, 420)  # pixels

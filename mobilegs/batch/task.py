@@ -4,22 +4,21 @@ This module imports nothing heavy: the machines of a cluster load it for every t
 """
 
 import json
-import os
 import signal
 import subprocess
-import sys
 from collections.abc import Callable
 from dataclasses import asdict, dataclass, field
 from pathlib import Path
 from typing import Literal
 
 from mobilegs.batch.row_folder import RowFolder
+from mobilegs.child_process import module_command
 
 Stage = Literal["fetch", "poses", "train", "export"]
 STAGES: tuple[Stage, ...] = ("fetch", "poses", "train", "export")
 Result = Literal["done", "refused", "lost", "stopped"]
-POLL = 0.5  # seconds between two looks at a process
-GRACE = 60.0  # seconds in which a stopped process writes its checkpoint
+POLL_SECONDS = 0.5  # between two looks at a process
+GRACE_SECONDS = 60.0  # in which a stopped process writes its checkpoint
 
 
 @dataclass(frozen=True)
@@ -28,7 +27,7 @@ class Task:
 
     Attributes:
         folder: of the row.
-        attempt: number of the try, from 1, over all stages and sessions.
+        attempt: number of the try, from 1, over all stages and calls.
         cores: processor cores, which is also the number of threads.
         gpus: 1 if the stage runs on a GPU.
         cache: folder for fetched sources.
@@ -44,12 +43,10 @@ class Task:
     environment: dict[str, str] = field(default_factory=dict)
 
     def as_json(self) -> str:
-        """Return the task as a line of JSON."""
         return json.dumps(asdict(self))
 
     @staticmethod
     def from_json(line: str) -> "Task":
-        """Return the task of `as_json`."""
         return Task(**json.loads(line))
 
 
@@ -74,14 +71,15 @@ def run_task(task: Task, stopping: Callable[[], bool] = lambda: False) -> Outcom
     also ends, with a checkpoint, once `stopping` is true or after KeyboardInterrupt.
     """
     folder = RowFolder(Path(task.folder))
+    command, environment = module_command("mobilegs.batch.worker")
     threads = {"OMP_NUM_THREADS": str(task.cores)}
     with folder.log.open("ab") as log:
         process = subprocess.Popen(
-            [sys.executable, "-m", "mobilegs.batch.worker"],
+            command,
             stdin=subprocess.PIPE,
             stdout=log,
             stderr=log,
-            env=os.environ | task.environment | threads,
+            env=environment | task.environment | threads,
             start_new_session=True,  # Ctrl-C in a terminal is for the batch, not for its tasks
         )
     assert process.stdin is not None
@@ -90,14 +88,14 @@ def run_task(task: Task, stopping: Callable[[], bool] = lambda: False) -> Outcom
         process.stdin.flush()
         while process.poll() is None and not stopping():
             try:
-                process.wait(POLL)
+                process.wait(POLL_SECONDS)
             except subprocess.TimeoutExpired:
                 continue
     except (KeyboardInterrupt, BrokenPipeError):
         pass
     finally:
         _end(process)
-    ended = folder.ended(task.attempt)
+    ended = folder.find("ended", task.attempt)
     if ended is not None:
         return Outcome(ended["result"], ended["message"])
     return Outcome("lost", _why(process.returncode))
@@ -111,7 +109,7 @@ def _end(process: subprocess.Popen[bytes]) -> None:
     except BrokenPipeError:
         pass
     try:
-        process.wait(GRACE)
+        process.wait(GRACE_SECONDS)
     except subprocess.TimeoutExpired:
         process.kill()
         process.wait()

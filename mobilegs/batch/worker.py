@@ -13,7 +13,7 @@ import traceback
 from pathlib import Path
 
 from mobilegs.batch.row_folder import RowFolder
-from mobilegs.batch.task import GRACE, Result, Task
+from mobilegs.batch.task import GRACE_SECONDS, Result, Task
 from mobilegs.errors import InputError
 from mobilegs.progress_display import printed_log
 
@@ -53,9 +53,7 @@ def _run(task: Task, folder: RowFolder) -> tuple[Result, str]:
     try:
         with printed_log():
             run_stage(task, folder)
-    except InputError as error:
-        result, message = "refused", str(error)
-    except FloatingPointError as error:  # a training that diverged does so again
+    except (InputError, FloatingPointError) as error:  # a training that diverged does so again
         result, message = "refused", str(error)
     except KeyboardInterrupt:
         result, message = "stopped", "it was stopped"
@@ -85,7 +83,7 @@ def _end_with_parent() -> None:
     while os.read(0, BLOCK):
         pass
     signal.raise_signal(signal.SIGTERM)
-    time.sleep(GRACE)
+    time.sleep(GRACE_SECONDS)
     os._exit(1)
 
 

@@ -20,10 +20,10 @@ SEEN_BY = (  # fewest photos, colour, legend
     (3, (215, 175, 40), "3 or 4"),
     (5, (70, 150, 80), "5 or more"),
 )
-FRAMED = (5.0, 95.0)  # percentiles of the points inside the frame; cameras are always inside
-MANY = 30_000  # points, from which on each is one pixel instead of 2 x 2
-FRUSTUM = 0.035  # of a panel's width: length of a camera's wedge
-CROWD = 40  # cameras, above which wedges shrink
+FRAME_PERCENTILES = (5.0, 95.0)  # of the points; cameras are always inside the frame
+SMALL_DOTS_FROM = 30_000  # points, from which on each is one pixel instead of 2 x 2
+FRUSTUM_LENGTH = 0.035  # of a panel's width: length of a camera's wedge
+CAMERAS_FULL_SIZE = 40  # cameras, above which wedges shrink
 
 
 def draw_coverage(
@@ -78,7 +78,7 @@ def panel(geometry: Geometry, axes: Float[np.ndarray, "2 3"]) -> Image.Image:
     points = geometry.points @ axes.T
     low, high = eyes.min(0), eyes.max(0)
     if len(points):
-        framed = np.percentile(points, FRAMED, axis=0)
+        framed = np.percentile(points, FRAME_PERCENTILES, axis=0)
         low, high = np.minimum(low, framed[0]), np.maximum(high, framed[1])
     size = np.array(PANEL)
     scale = float((0.86 * size / np.maximum(high - low, 1e-9)).min())
@@ -88,13 +88,13 @@ def panel(geometry: Geometry, axes: Float[np.ndarray, "2 3"]) -> Image.Image:
 
     picture = Image.new("RGB", PANEL, (255, 255, 255))
     draw = ImageDraw.Draw(picture)
-    pixels, dot = place(points), 1 if len(points) < MANY else 0
+    pixels, dot = place(points), 1 if len(points) < SMALL_DOTS_FROM else 0
     for least, color, _ in SEEN_BY:  # points that many photos see are drawn last, on top
         for x, y in pixels[geometry.seen >= least].tolist():
             draw.rectangle((x, y, x + dot, y + dot), fill=color)
     places = place(eyes)
     draw.line([tuple(at) for at in places.tolist()], fill=(170, 190, 235), width=1)
-    length = FRUSTUM * PANEL[0] * min(1.0, (CROWD / max(len(eyes), 1)) ** 0.5)
+    length = FRUSTUM_LENGTH * PANEL[0] * min(1.0, (CAMERAS_FULL_SIZE / max(len(eyes), 1)) ** 0.5)
     for at, look in zip(places, length * looks * (1, -1), strict=True):
         wedge(draw, at, look)
     draw.rectangle((0, 0, PANEL[0] - 1, PANEL[1] - 1), outline=GRID)

@@ -52,11 +52,11 @@ def map_photos(
     best: dict[str, Any] = {"mapper": tried[0], "models": [], "rig": rig == "faces", **_NOTHING}
     for number, name in enumerate(tried, start=1):
         progress(0, total)
-        found = _mapped(name, database, photos, models / name, rig, _limited(progress, total))
-        if rig == "cameras" and found["registered"]:
-            found = _with_rig(found, database, photos, models / name, _limited(progress, total))
-        if len(found["registered"]) > len(best["registered"]):
-            best = found
+        record = _mapped(name, database, photos, models / name, rig, _limited(progress, total))
+        if rig == "cameras" and record["registered"]:
+            record = _with_rig(record, database, photos, models / name, _limited(progress, total))
+        if len(record["registered"]) > len(best["registered"]):
+            best = record
             shutil.copytree(models / name / "kept", models / "best", dirs_exist_ok=True)
         if len(best["registered"]) >= enough:
             tried = tried[:number]
@@ -75,8 +75,8 @@ def _mapped(
     make_folder(folder)
     run = _incremental if mapper == "incremental" else _global
     faces = rig == "faces"
-    found = run(database, photos, folder, faces, progress)
-    ranked = sorted(found.values(), key=lambda model: -model.num_reg_images())
+    models = run(database, photos, folder, faces, progress)
+    ranked = sorted(models.values(), key=lambda model: -model.num_reg_images())
     if not ranked:
         return {"mapper": mapper, "models": [], "rig": False, **_NOTHING}
     sizes = [model.num_reg_frames() if faces else model.num_reg_images() for model in ranked]
@@ -99,12 +99,12 @@ def _with_rig(
     if not set_rig_of_model(with_rig, load_pycolmap().Reconstruction(folder / "kept")):
         return record
     progress(0)
-    found = _mapped(record["mapper"], with_rig, photos, folder / "rig", "cameras", progress)
+    repeated = _mapped(record["mapper"], with_rig, photos, folder / "rig", "cameras", progress)
     with_rig.unlink()
-    if len(found["registered"]) < len(record["registered"]):
+    if len(repeated["registered"]) < len(record["registered"]):
         return record
     shutil.copytree(folder / "rig" / "kept", folder / "kept", dirs_exist_ok=True)
-    return {**found, "rig": True}
+    return {**repeated, "rig": True}
 
 
 _NOTHING = {
@@ -149,10 +149,11 @@ class Geometry(NamedTuple):
 
 
 def read_geometry(model: Path) -> Geometry:
-    """Read cameras and points of the reconstruction in the folder `model`."""
-    found = load_pycolmap().Reconstruction(model)
-    placed = sorted((found.image(number) for number in found.reg_image_ids()), key=_name)
-    points = list(found.points3D.values())
+    reconstruction = load_pycolmap().Reconstruction(model)
+    placed = sorted(
+        (reconstruction.image(number) for number in reconstruction.reg_image_ids()), key=_name
+    )
+    points = list(reconstruction.points3D.values())
     return Geometry(
         np.array([image.cam_from_world().matrix() for image in placed]).reshape(-1, 3, 4),
         np.array([point.xyz for point in points]).reshape(-1, 3),
@@ -230,9 +231,9 @@ def _global(
     if not known:
         seeded = pycolmap.ViewGraphCalibrationOptions(random_seed=SEED)
         pycolmap.calibrate_view_graph(copy, seeded)
-    found = pycolmap.global_mapping(copy, photos, models, options)
+    mapped = pycolmap.global_mapping(copy, photos, models, options)
     copy.unlink()
-    return found
+    return mapped
 
 
 def _name(image: Any) -> str:

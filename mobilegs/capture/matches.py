@@ -110,14 +110,13 @@ def similar_pairs(names: Sequence[str], looks: Float[np.ndarray, "n d"]) -> list
 
 def grouped(names: Sequence[str], key: Callable[[str], str]) -> list[list[int]]:
     """Return the indices of the names with each key, in order."""
-    found: dict[str, list[int]] = {}
+    groups: dict[str, list[int]] = {}
     for index, name in enumerate(names):
-        found.setdefault(key(name), []).append(index)
-    return list(found.values())
+        groups.setdefault(key(name), []).append(index)
+    return list(groups.values())
 
 
 def read_descriptors(database: Path, names: Sequence[str]) -> list[UInt8[np.ndarray, "_ 128"]]:
-    """Read the SIFT descriptors of each photo."""
     with load_pycolmap().Database.open(database) as content:
         numbers = {image.name: image.image_id for image in content.read_all_images()}
         return [content.read_descriptors(numbers[name]).data for name in names]

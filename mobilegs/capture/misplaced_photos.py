@@ -62,7 +62,7 @@ def verified_pairs(model: Any, database: Path) -> list[Pair]:
     pycolmap = load_pycolmap()
     placed = set(model.reg_image_ids())
     cameras, rays = {}, {}
-    found = []
+    pairs = []
     with pycolmap.Database.open(database) as content:
         for number in placed:
             cameras[number] = model.cameras[model.image(number).camera_id]
@@ -84,8 +84,8 @@ def verified_pairs(model: Any, database: Path) -> list[Pair]:
             errors = focal * epipolar_errors(
                 rays[one][matches[:, 0]], rays[other][matches[:, 1]], motion.matrix()
             )
-            found.append(Pair(*moments, len(matches), int((errors < ERROR_MAX).sum())))
-    return found
+            pairs.append(Pair(*moments, len(matches), int((errors < ERROR_MAX).sum())))
+    return pairs
 
 
 def epipolar_errors(

@@ -12,13 +12,13 @@ import numpy as np
 import torch
 from PIL import Image, ImageOps
 
-from mobilegs.atomic import atomic_path, make_folder
+from mobilegs.atomic import atomic_path, make_folder, reading
 from mobilegs.camera import Camera
-from mobilegs.capture.pycolmap_runtime import INSTALL
 from mobilegs.data import images
 from mobilegs.data.distortion import undistort
 from mobilegs.data.pinhole_views import panorama_views
 from mobilegs.errors import InputError
+from mobilegs.extras import extra_module
 from mobilegs.progress_display import Advance
 
 HEIC = (".heic", ".heif")
@@ -69,37 +69,37 @@ def list_photos(path: Path) -> list[Path]:
     of masks, depths and models, and those that this program wrote.
     """
     for folder in (path / "images", path):
-        found = [file for file in _files(folder) if file.suffix.lower() in PHOTOS]
-        if found:
-            return found
+        photos = [file for file in _files(folder) if file.suffix.lower() in PHOTOS]
+        if photos:
+            return photos
     return []
 
 
 def other_files(photos: list[Path]) -> dict[str, int]:
     """Return the files beside `photos` that are no photos: their number by suffix."""
-    found: dict[str, int] = {}
+    counts: dict[str, int] = {}
     for folder in sorted({photo.parent for photo in photos}):
         for file in sorted(each for each in folder.iterdir() if each.is_file()):
             kind = file.suffix.lower() or file.name
             if kind not in PHOTOS and file.name[0] != ".":
-                found[kind] = found.get(kind, 0) + 1
-    return found
+                counts[kind] = counts.get(kind, 0) + 1
+    return counts
 
 
 def _files(folder: Path) -> list[Path]:
     """Return the files in a folder and in the folders in it, sorted."""
     if not folder.is_dir():
         return []
-    found = []
+    files = []
     for each in sorted(folder.iterdir()):
         if each.name[0] == ".":
             continue
         if each.is_file():
-            found.append(each)
+            files.append(each)
         elif each.name.lower() not in OTHER_FOLDERS and not each.is_symlink():
             if not any((each / name).is_file() for name in OUR_FILES):
-                found += _files(each)
-    return found
+                files += _files(each)
+    return files
 
 
 def relative_names(sources: list[Path]) -> list[str]:
@@ -147,26 +147,24 @@ def prepare_photos(
     of the same name, and if more photos are damaged than not.
     """
     make_folder(folder)
-    found, damaged, read = [], [], 0
-    names = prepared_names(sources, rig=rig)
-    originals = relative_names(sources)
-    for done, (source, name) in enumerate(names.items(), start=1):
-        original = originals[done - 1]
+    prepared, damaged, read = [], [], 0
+    names = prepared_names(sources, rig=rig).values()
+    files = zip(sources, names, relative_names(sources), strict=True)
+    for done, (source, name, original) in enumerate(files, start=1):
         try:
             if panorama:
                 photos = prepare_panorama(source, folder, name, max_size=max_size)
             else:
-                photos = [
-                    replace(prepare_photo(source, folder / name, max_size=max_size), name=name)
-                ]
-            found += [asdict(replace(photo, source=original)) for photo in photos]
+                photo = prepare_photo(source, folder / name, max_size=max_size)
+                photos = [replace(photo, name=name)]
+            prepared += [asdict(replace(photo, source=original)) for photo in photos]
             read += 1
         except InputError as error:
             damaged.append(str(error))
         progress(done, len(sources))
     if read < max(PHOTOS_MIN, len(damaged)):
         raise InputError(damaged[0])
-    return {"photos": found, "unreadable": damaged}
+    return {"photos": prepared, "unreadable": damaged}
 
 
 def prepare_photo(source: Path, target: Path, *, max_size: int) -> PreparedPhoto:
@@ -174,22 +172,18 @@ def prepare_photo(source: Path, target: Path, *, max_size: int) -> PreparedPhoto
 
     Raises InputError if it cannot be read.
     """
-    image = open_photo(source)
-    try:
-        with image:
-            exif = image.getexif()
-            details = exif.get_ifd(images.EXIF)
-            exposure = images.exposure_of(image)
-            sphere = b"equirectangular" in _xmp(image)
-            if not target.exists():
-                image.load()  # raises for a photo that is cut off
-                if target.suffix == ".jpg" and is_ready(image, max_size):
-                    with atomic_path(target) as temporary:
-                        shutil.copyfile(source, temporary)
-                else:
-                    save_photo(reduced(upright(image), max_size), target)
-    except images.PIL_ERRORS as error:
-        raise InputError(f"{source} cannot be decoded ({error})") from error
+    with open_photo(source) as image, images.decoding(source):
+        exif = image.getexif()
+        details = exif.get_ifd(images.EXIF)
+        exposure = images.exposure_of(image)
+        sphere = b"equirectangular" in _xmp(image)
+        if not target.exists():
+            image.load()  # raises for a photo that is cut off
+            if target.suffix == ".jpg" and is_ready(image, max_size):
+                with atomic_path(target) as temporary:
+                    shutil.copyfile(source, temporary)
+            else:
+                save_photo(reduced(upright(image), max_size), target)
     width, height = images.image_size(target)
     focal = images.exif_number(details.get(_FOCAL_35MM))
     focal = focal * math.hypot(width, height) / _DIAGONAL_35MM if focal else None
@@ -203,11 +197,8 @@ def prepare_panorama(
     source: Path, folder: Path, name: str, *, max_size: int
 ) -> list[PreparedPhoto]:
     """Write the faces of a panorama. Raises InputError if it is none, or cannot be read."""
-    with open_photo(source) as image:
-        try:
-            picture = upright(image)
-        except images.PIL_ERRORS as error:
-            raise InputError(f"{source} cannot be decoded ({error})") from error
+    with open_photo(source) as image, images.decoding(source):
+        picture = upright(image)
     return save_faces(picture, folder, name, source=source, max_size=max_size)
 
 
@@ -243,8 +234,8 @@ def upright(image: Image.Image) -> Image.Image:
 
 def _xmp(image: Image.Image) -> bytes:
     """Return the XMP metadata of a photo, where 360-degree cameras name the projection."""
-    found = image.info.get("xmp", b"")
-    return found if isinstance(found, bytes) else b""
+    xmp = image.info.get("xmp", b"")
+    return xmp if isinstance(xmp, bytes) else b""
 
 
 def open_photo(path: Path) -> Image.Image:
@@ -254,20 +245,12 @@ def open_photo(path: Path) -> Image.Image:
     """
     if path.suffix.lower() in RAW:
         return _open_raw(path)
-    try:
-        with path.open("rb") as file:
-            head = file.read(12)
-    except OSError as error:
-        raise InputError(f"{path} cannot be read ({error.strerror})") from error
+    with reading(path), path.open("rb") as file:
+        head = file.read(12)
     if head[4:8] != b"ftyp" or head[8:12] not in HEIC_BRANDS:
         return images.open_image(path)
-    try:
-        import pi_heif
-    except ImportError:
-        raise InputError(
-            f"{path} is HEIC, which needs pi-heif, which is not installed: {INSTALL}; or "
-            "export the photos as JPEG"
-        ) from None
+    needed = f"{path} is HEIC: export the photos as JPEG, or use pi-heif"
+    pi_heif = extra_module("pi_heif", needed, "capture")
     try:
         return pi_heif.open_heif(path).to_pillow()
     except (*images.PIL_ERRORS, RuntimeError) as error:
@@ -276,13 +259,8 @@ def open_photo(path: Path) -> Image.Image:
 
 def _open_raw(path: Path) -> Image.Image:
     """Develop a camera raw with the white balance of the camera."""
-    try:
-        import rawpy
-    except ImportError:
-        raise InputError(
-            f"{path} is a camera raw, which needs rawpy: pip install 'mobilegs[raw]', or export "
-            "the photos as JPEG"
-        ) from None
+    needed = f"{path} is a camera raw: export the photos as JPEG, or use rawpy"
+    rawpy = extra_module("rawpy", needed, "raw")
     try:
         with rawpy.imread(str(path)) as raw:
             return Image.fromarray(raw.postprocess(use_camera_wb=True, output_bps=8))

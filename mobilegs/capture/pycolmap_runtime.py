@@ -9,7 +9,6 @@ import os
 import pickle
 import signal
 import subprocess
-import sys
 from collections.abc import Callable
 from functools import cache
 from pathlib import Path
@@ -18,10 +17,12 @@ from threading import Thread
 from typing import IO, Any
 
 from mobilegs.atomic import make_folder
+from mobilegs.child_process import module_command
 from mobilegs.errors import InputError
+from mobilegs.extras import extra_module, not_installed
 from mobilegs.progress_display import Advance
 
-INSTALL = "pip install 'mobilegs[capture]'"
+NEEDED = "computing camera poses needs pycolmap"
 SEED = 0  # of all random choices
 POLL_SECONDS = 0.25  # between two chances for Ctrl-C, which Windows does not deliver to a wait
 
@@ -31,10 +32,7 @@ def load_pycolmap() -> Any:
     """Return the module pycolmap. Raises InputError if it is not installed."""
     import PIL.Image  # noqa: F401  # first: with pycolmap's own zlib it aborts when it writes PNG
 
-    try:
-        import pycolmap
-    except ImportError:
-        raise InputError(_not_installed()) from None
+    pycolmap = extra_module("pycolmap", NEEDED, "capture")
     pycolmap.logging.minloglevel = pycolmap.logging.ERROR.value
     return pycolmap
 
@@ -42,11 +40,7 @@ def load_pycolmap() -> Any:
 def validate_pycolmap() -> None:
     """Raise InputError if pycolmap is not installed. Does not load it."""
     if importlib.util.find_spec("pycolmap") is None:
-        raise InputError(_not_installed())
-
-
-def _not_installed() -> str:
-    return f"computing camera poses needs pycolmap, which is not installed: {INSTALL}"
+        raise not_installed(NEEDED, "capture")
 
 
 def threads() -> int:
@@ -111,15 +105,14 @@ class PycolmapProcess:
     def _started(self) -> subprocess.Popen[bytes]:
         if self._process is None:
             make_folder(self._log.parent)
-            paths = os.pathsep.join(path or os.getcwd() for path in sys.path)
+            command, environment = module_command("mobilegs.capture.pycolmap_worker")
             with self._log.open("ab") as log:
                 self._process = subprocess.Popen(
-                    # -P: a file of the user's called random.py must not be imported
-                    [sys.executable, "-P", "-m", "mobilegs.capture.pycolmap_worker"],
+                    command,
                     stdin=subprocess.PIPE,
                     stdout=subprocess.PIPE,
                     stderr=log,
-                    env={**os.environ, "PYTHONPATH": paths},
+                    env=environment,
                 )
             self._answers = SimpleQueue()
             arguments = (_pipe(self._process.stdout), self._answers)
@@ -167,7 +160,7 @@ class PycolmapProcess:
             _pipe(self._process.stdout).close()
             try:
                 _pipe(self._process.stdin).close()
-            except OSError:  # what was not sent has no reader any more
+            except OSError:  # unsent bytes have no reader any more
                 pass
             self._process = None
 

@@ -3,6 +3,7 @@
 import logging
 import math
 import shutil
+from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Annotated, Any, TypedDict, cast
@@ -43,6 +44,10 @@ from mobilegs.progress_display import Advance, Progress, no_progress
 
 VERSION = 1  # of the stages; a change makes them run again
 SIZE_MIN = 64  # pixels, longer side of a photo
+REPORTED = (  # of the record of the stage `model`
+    "mapper", "models", "reprojection_error", "points", "photos_a_point", "cameras",
+    "points_of_photos", "misplaced",
+)  # fmt: skip
 NAMES_MAX = 5  # photos that an error message names
 
 log = logging.getLogger(__name__)
@@ -147,17 +152,22 @@ class StageInputs:
     progress: Progress
     process: PycolmapProcess
 
+    def call(
+        self, doing: str, function: Callable[..., Any], *arguments: Any, **options: Any
+    ) -> Any:
+        """Return the result of a function in the process of pycolmap, and show its progress."""
+        with self.progress(doing) as advance:
+            return self.process.call(doing, function, *arguments, progress=advance, **options)
+
 
 def capture_photos(run: CaptureRun, *, progress: Progress = no_progress) -> CaptureReport:
     """Make a capture (`images/`, `sparse/0/`) from photos or a video.
 
     Results of an earlier call with the same input and options are kept: an interrupted capture
     continues, a finished one stays. `progress` opens a stage by its title. Returns the content of
-    `capture.json`.
-
-    Raises:
-        InputError: the input or an option is not valid, pycolmap is not installed or crashes, or
-            too few photos get a pose; then neither `images/` nor `sparse/` is written.
+    `capture.json`. Raises InputError if the input or an option is not valid, pycolmap is not
+    installed or crashes, or too few photos get a pose; then neither `images/` nor `sparse/` is
+    written.
     """
     validate_options(run)
     validate_pycolmap()
@@ -189,8 +199,8 @@ def run_stages(given: StageInputs, keys: dict[str, str]) -> dict[str, Any]:
         workspace.forget("matches")
         given.process.call("forgetting matches", forget_matches, workspace.database)
     workspace.run("matches", keys["matches"], lambda: matches(given, photos))
-    found = workspace.run("model", keys["model"], lambda: model(given, photos))
-    validate_placed(len(placed(photos, found)), left_out(photos, found), given)
+    mapped = workspace.run("model", keys["model"], lambda: model(given, photos))
+    validate_placed(len(placed(photos, mapped)), left_out(photos, mapped), given)
     return workspace.run("capture", keys["capture"], lambda: finish(given, photos))
 
 
@@ -233,7 +243,7 @@ def prepare(given: StageInputs) -> dict[str, Any]:
     if run.rig:
         validate_rig(list(prepared_names(given.inputs, rig=True).values()), run.source)
     with given.progress("preparing photos") as advance:
-        found = prepare_photos(
+        prepared = prepare_photos(
             given.inputs,
             folder,
             max_size=run.max_size,
@@ -241,75 +251,65 @@ def prepare(given: StageInputs) -> dict[str, Any]:
             panorama=panorama,
             progress=advance,
         )
-    spheres = [photo["source"] for photo in found["photos"] if photo["sphere"]]
+    spheres = [photo["source"] for photo in prepared["photos"] if photo["sphere"]]
     if spheres:
         raise InputError(
             f"{spheres[0]} in {run.source} is a panorama by its metadata: add --lens panorama to "
             "`mobilegs capture` if all photos are, or take it out"
         )
-    return found
+    return prepared
 
 
 def features(given: StageInputs, photos: list[PreparedPhoto]) -> dict[str, Any]:
     """Write features of the photos into the database."""
-    with given.progress("finding features") as advance:
-        return given.process.call(
-            "finding features",
-            extract_features,
-            given.workspace.database,
-            given.workspace.photos,
-            photos,
-            lens=given.run.lens,
-            progress=advance,
-        )
+    workspace = given.workspace
+    arguments = (workspace.database, workspace.photos, photos)
+    return given.call("finding features", extract_features, *arguments, lens=given.run.lens)
 
 
 def matches(given: StageInputs, photos: list[PreparedPhoto]) -> dict[str, Any]:
     """Write matches of the photos into the database."""
     names = [photo.name for photo in photos]
-    with given.progress("matching photos") as advance:
-        return given.process.call(
-            "matching photos",
-            match_photos,
-            given.workspace.database,
-            names,
-            pairs=given.run.pairs,
-            apart=given.run.lens == "panorama",
-            progress=advance,
-        )
+    return given.call(
+        "matching photos",
+        match_photos,
+        given.workspace.database,
+        names,
+        pairs=given.run.pairs,
+        apart=given.run.lens == "panorama",
+    )
 
 
 def model(given: StageInputs, photos: list[PreparedPhoto]) -> dict[str, Any]:
     """Compute poses and points, and draw their coverage even if they are too few."""
     workspace, panorama = given.workspace, given.run.lens == "panorama"
-    with given.progress("computing poses") as advance:
-        found = given.process.call(
-            "computing poses",
-            map_photos,
-            workspace.database,
-            workspace.photos,
-            workspace.models,
-            mapper=given.run.mapper,
-            total=len(sources(photos)),
-            progress=advance,
-            enough=enough_photos(given.run, len(photos)),
-            rig="faces" if panorama else "cameras" if given.run.rig else "none",
-        )
-    if given.run.rig and not found["rig"]:
+    mapped = given.call(
+        "computing poses",
+        map_photos,
+        workspace.database,
+        workspace.photos,
+        workspace.models,
+        mapper=given.run.mapper,
+        total=len(sources(photos)),
+        enough=enough_photos(given.run, len(photos)),
+        rig="faces" if panorama else "cameras" if given.run.rig else "none",
+    )
+    if given.run.rig and not mapped["rig"]:
         log.warning(
             "the photos do not show how the cameras sit on the rig: they are placed one by one"
         )
-    if found["models"]:
+    if mapped["models"]:
         draw_coverage(
             workspace.coverage,
             given.process.call("reading poses", read_geometry, workspace.models / "best"),
-            title=f"poses for {len(placed(photos, found))} of {len(sources(photos))} photos, "
-            f"{found['points']:,} points, {found['reprojection_error']:.2f} px reprojection error",
+            title=f"poses for {len(placed(photos, mapped))} of {len(sources(photos))} photos, "
+            f"{mapped['points']:,} points, "
+            f"{mapped['reprojection_error']:.2f} px reprojection error",
             points_of_photos={
-                photo.name: found["points_of_photos"].get(photo.name, 0) for photo in photos
+                photo.name: mapped["points_of_photos"].get(photo.name, 0) for photo in photos
             },
         )
-    return found
+    return mapped
 
 
 def finish(given: StageInputs, photos: list[PreparedPhoto]) -> dict[str, Any]:
@@ -330,23 +330,21 @@ def finish(given: StageInputs, photos: list[PreparedPhoto]) -> dict[str, Any]:
     records = {
         name: workspace.read(name) or {} for name in ("photos", "features", "matches", "model")
     }
-    found, compared = records["model"], records["matches"]
+    mapped, compared = records["model"], records["matches"]
     return {
         "source": given.run.source.name,
         "photos": len(sources(photos)),
-        "registered": len(placed(photos, found)),
-        "left_out": left_out(photos, found),
+        "registered": len(placed(photos, mapped)),
+        "left_out": left_out(photos, mapped),
         "hdr": records["photos"].get("hdr", ""),
         "unreadable": records["photos"].get("unreadable", []),
         "other_files": {} if is_video(given.run.source) else other_files(given.inputs),
         "features_a_photo": records["features"]["features"],
         **{name: compared[name] for name in ("pairs", "compared", "verified")},
-        "tried": found.get("tried", [found["mapper"]]),
-        **{name: found[name] for name in ("mapper", "models", "reprojection_error", "points")},
-        **{name: found[name] for name in ("photos_a_point", "cameras", "points_of_photos")},
+        "tried": mapped.get("tried", [mapped["mapper"]]),
+        **{name: mapped[name] for name in REPORTED},
         "exposures": {photo.name: photo.exposure for photo in photos if photo.exposure is not None},
-        "rig": found.get("rig", False),
-        "misplaced": found["misplaced"],
+        "rig": mapped.get("rig", False),
         "seconds_of": {name: record["seconds"] for name, record in records.items()},
     }
 
@@ -369,24 +367,24 @@ def list_inputs(source: Path) -> list[Path]:
         raise InputError(
             f"{source} is not a video ({', '.join(VIDEOS)}): give one, or a folder of photos"
         )
-    found = list_photos(source)
-    if not found:
+    photos = list_photos(source)
+    if not photos:
         raise InputError(f"{source} has no photos in it ({', '.join(PHOTOS)})")
-    if len(found) < PHOTOS_MIN:
+    if len(photos) < PHOTOS_MIN:
         raise InputError(
-            f"{source} holds {len(found)} photo{'s' * (len(found) > 1)}: a scene needs at least "
+            f"{source} holds {len(photos)} photo{'s' * (len(photos) > 1)}: a scene needs at least "
             f"{PHOTOS_MIN}, and 30 or more to look good"
         )
-    return found
+    return photos
 
 
 def digest_inputs(inputs: list[Path], progress: Advance) -> list[tuple[str, str]]:
     """Return (name, SHA-256) of every input."""
-    found = []
+    digests = []
     for done, (path, name) in enumerate(zip(inputs, relative_names(inputs), strict=True), start=1):
-        found.append((name, file_digest(path)))
+        digests.append((name, file_digest(path)))
         progress(done, len(inputs))
-    return found
+    return digests
 
 
 def sources(photos: list[PreparedPhoto]) -> list[str]:
@@ -394,20 +392,19 @@ def sources(photos: list[PreparedPhoto]) -> list[str]:
     return list(dict.fromkeys(photo.source for photo in photos))
 
 
-def placed(photos: list[PreparedPhoto], found: dict[str, Any]) -> list[str]:
+def placed(photos: list[PreparedPhoto], mapped: dict[str, Any]) -> list[str]:
     """Return the original names of photos with a pose."""
-    names = set(found["registered"])
+    names = set(mapped["registered"])
     return sources([photo for photo in photos if photo.name in names])
 
 
-def left_out(photos: list[PreparedPhoto], found: dict[str, Any]) -> list[str]:
+def left_out(photos: list[PreparedPhoto], mapped: dict[str, Any]) -> list[str]:
     """Return the original names of photos without a pose."""
-    names = set(placed(photos, found))
+    names = set(placed(photos, mapped))
     return [source for source in sources(photos) if source not in names]
 
 
 def validate_options(run: CaptureRun) -> None:
-    """Raise InputError for an option out of range."""
     if run.max_size < SIZE_MIN:
         raise InputError(f"--max-size must be {SIZE_MIN} pixels or more, got {run.max_size}")
     if run.frames is not None and run.frames < PHOTOS_MIN:

@@ -2,6 +2,7 @@
 
 from collections.abc import Iterator
 from dataclasses import asdict, replace
+from itertools import groupby
 from pathlib import Path
 from typing import Any
 
@@ -19,8 +20,8 @@ from mobilegs.capture.photos import (
     save_faces,
     save_photo,
 )
-from mobilegs.capture.pycolmap_runtime import INSTALL
 from mobilegs.errors import InputError
+from mobilegs.extras import extra_module
 from mobilegs.progress_display import Advance
 
 SUFFIXES = (".mp4", ".mov", ".m4v", ".mkv", ".webm", ".avi", ".3gp")
@@ -54,42 +55,32 @@ def prepare_video(
     first, last = time_span(video)
     count = frames or max(PHOTOS_MIN, min(FRAMES_MAX, round((last - first) * FRAMES_PER_SECOND)))
     make_folder(folder)
-    found: list[dict[str, Any]] = []
-    saved, current, sharpest, best, kind = 0, -1, -1.0, None, ""
+    photos: list[dict[str, Any]] = []
+    saved, kind = 0, ""
 
-    def save_best() -> None:
-        nonlocal saved
-        if best is None:
-            return
-        saved += 1
+    def interval_of(frame: Any) -> int:
+        return min(count - 1, int((frame.time - first) / max(last - first, 1e-9) * count))
+
+    for interval, frames_of_interval in groupby(decoded(video), interval_of):
+        progress(interval, count)
+        best = max(frames_of_interval, key=lambda frame: sharpness(small_grey(frame)))
+        saved, kind = saved + 1, kind or hdr_kind(best)
         name, source = f"frame_{saved:04d}.jpg", f"{video.name} at {best.time:.2f} s"
         picture = upright(best)
         if panorama:
             faces = save_faces(picture, folder, name, source=video, max_size=max_size)
-            found.extend(asdict(replace(face, source=source)) for face in faces)
+            photos += [asdict(replace(face, source=source)) for face in faces]
         else:
             picture = reduced(picture, max_size)
             save_photo(picture, folder / name)
-            found.append(asdict(PreparedPhoto(name, source, *picture.size)))
-
-    for frame in decoded(video):
-        part = min(count - 1, int((frame.time - first) / max(last - first, 1e-9) * count))
-        if part > current:
-            save_best()
-            current, sharpest, best = part, -1.0, None
-            progress(part, count)
-        kind = kind or hdr_kind(frame)
-        value = sharpness(small_grey(frame))
-        if value > sharpest:
-            sharpest, best = value, frame
-    save_best()
+            photos.append(asdict(PreparedPhoto(name, source, *picture.size)))
     progress(count, count)
     if saved < PHOTOS_MIN:
         raise InputError(
             f"{video} has only {saved} frames: a scene needs at least {PHOTOS_MIN}, and 30 or "
             "more to look good"
         )
-    return {"photos": found, "hdr": kind}
+    return {"photos": photos, "hdr": kind}
 
 
 def sharpness(grey: UInt8[np.ndarray, "h w"]) -> float:
@@ -115,9 +106,9 @@ def time_span(video: Path) -> tuple[float, float]:
                 for packet in container.demux(container.streams.video[0])
                 if packet.pts is not None and packet.time_base is not None
             ]
+    except InputError:
+        raise
     except (av.FFmpegError, OSError, ValueError) as error:
-        if isinstance(error, InputError):
-            raise
         raise InputError(f"{video} cannot be read as a video ({error})") from error
     if not times:
         raise InputError(f"{video} has no frames; record it again")
@@ -158,8 +149,4 @@ def upright(frame: Any) -> Image.Image:
 
 def library() -> Any:
     """Return the module av (PyAV). Raises InputError if it is not installed."""
-    try:
-        import av
-    except ImportError:
-        raise InputError(f"reading videos needs PyAV, which is not installed: {INSTALL}") from None
-    return av
+    return extra_module("av", "reading videos needs PyAV", "capture")

@@ -8,7 +8,7 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
-from mobilegs.atomic import atomic_write
+from mobilegs.atomic import atomic_write, reading
 from mobilegs.errors import InputError
 
 STAGES = ("photos", "features", "matches", "model", "capture")
@@ -72,13 +72,13 @@ class Workspace:
             return record
         started = time.monotonic()
         try:
-            found = do()
+            items = do()
         finally:
             seconds = round(record["seconds"] + time.monotonic() - started, 1)
             record = {**record, "seconds": seconds}
             if stage != STAGES[-1]:
                 self._write(stage, record)
-        record = {**record, "done": True, **found}
+        record = {**record, "done": True, **items}
         self._write(stage, record)
         return record
 
@@ -149,8 +149,5 @@ def digest(*parts: Any) -> str:
 
 def file_digest(path: Path) -> str:
     """Return the SHA-256 of a file's content. Raises InputError if it cannot be read."""
-    try:
-        with path.open("rb") as file:
-            return hashlib.file_digest(file, "sha256").hexdigest()
-    except OSError as error:
-        raise InputError(f"{path} cannot be read ({error.strerror})") from error
+    with reading(path), path.open("rb") as file:
+        return hashlib.file_digest(file, "sha256").hexdigest()

@@ -180,10 +180,10 @@ def edited_copy(
         yield scene, {}
         return
     from mobilegs.edit.notes import page_notes
-    from mobilegs.edit.scene_edit import KINDS
+    from mobilegs.edit.scene_edit import WRITTEN_SUFFIXES
 
     suffix = scene.suffix.lower()
-    suffix = suffix if suffix == ".mgs" or suffix in KINDS else ".ply"
+    suffix = suffix if suffix == ".mgs" or suffix in WRITTEN_SUFFIXES else ".ply"
     scene_edit, notes = edit_of(options, scene, title=title), {}
     if suffix != ".mgs":
         scene_edit, notes = replace(scene_edit, notes={}), page_notes(scene_edit.notes)

@@ -204,10 +204,6 @@ def _topics(contents: "SceneContents") -> dict[str, str]:
         parts += ["antialiased"] if footprint["antialiased"] else []
         parts += ["soft edges"] if footprint["soft_edge"] else []
         topics["footprint"] = ", ".join(parts)
-    indices = [row for row in mgs["streams"] if row.get("huffman_bytes") is not None]
-    taken = sum(row["bytes"] for row in indices)
-    huffman = sum(row.get("huffman_bytes") or 0 for row in indices)
-    topics["indices"] = f"{taken:,} bytes in rANS or bits; Huffman codes would take {huffman:,}"
     if "layers" in mgs:
         topics["LOD levels"] = " + ".join(f"{n:,}" for n in mgs["layers"]) + " Gaussians"
     topics["cameras"] = f"{mgs['views']} for a first look"

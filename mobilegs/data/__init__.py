@@ -7,18 +7,17 @@ from dataclasses import replace
 from pathlib import Path
 
 from mobilegs.data import images
-from mobilegs.data.blender import load_blender
 from mobilegs.data.colmap import BESIDE_PHOTOS, find_models, load_colmap
 from mobilegs.data.dataset import Color, Dataset, Frame, View, ViewLoader, load_view
-from mobilegs.data.nerfstudio import load_nerfstudio
+from mobilegs.data.nerfstudio import load_blender, load_nerfstudio
 from mobilegs.errors import InputError
 
 __all__ = ["Dataset", "Frame", "View", "ViewLoader", "has_poses", "load_capture", "load_view"]
 
 NEAR_PLANE = "near_plane.txt"
-MADE_FROM = "capture.json"  # written by `mobilegs capture`
-# the errors of a `MADE_FROM` that is missing or says nothing
-UNKNOWN = (OSError, ValueError, LookupError, TypeError, OverflowError, RecursionError)
+CAPTURE_FILE = "capture.json"  # written by `mobilegs capture`
+# the errors of a `CAPTURE_FILE` that is missing or says nothing
+CAPTURE_FILE_ERRORS = (OSError, ValueError, LookupError, TypeError, OverflowError, RecursionError)
 TRANSFORMS = ("transforms_train.json", "transforms.json")
 
 
@@ -39,15 +38,10 @@ def load_capture(
     Photos are not decoded yet. A file near_plane.txt in the folder, with one number in world
     units, replaces the near plane that follows from the spread of the cameras.
 
-    Args:
-        path: the folder.
-        downscale: divides the size of the photos, at least 1; a folder `images_N` is used if it
-            exists. None makes photos at most 1600 pixels wide.
-        background: RGB in [0, 1]; None is white for transparent renders and black otherwise.
-        masks: False ignores the masks of the photos.
-
-    Raises:
-        InputError: an argument is out of range, or the folder is not a valid capture.
+    `downscale` divides the size of the photos, and uses a folder `images_N` if it exists; None
+    makes photos at most 1600 pixels wide. `background` is RGB in [0, 1]; None is white for
+    transparent renders and black otherwise. `masks` False ignores the masks of the photos. Raises
+    InputError if an argument is out of range, or the folder is not a valid capture.
     """
     path = Path(os.path.abspath(path))
     if downscale is not None and downscale < 1:
@@ -69,7 +63,7 @@ def load_capture(
     else:
         raise InputError(_no_poses(path))
     dataset = load(path, downscale=downscale, background=background, masks=masks)
-    dataset = _with_exposures(replace(dataset, name=_name_of(path)), path / MADE_FROM)
+    dataset = _with_exposures(replace(dataset, name=_name_of(path)), path / CAPTURE_FILE)
     return _with_near(dataset, path / NEAR_PLANE) if (path / NEAR_PLANE).is_file() else dataset
 
 
@@ -79,8 +73,8 @@ def _name_of(path: Path) -> str:
     Else it is the folder's, or that of the folder around one called `capture`.
     """
     try:
-        return Path(json.loads((path / MADE_FROM).read_bytes())["source"]).stem
-    except UNKNOWN:
+        return Path(json.loads((path / CAPTURE_FILE).read_bytes())["source"]).stem
+    except CAPTURE_FILE_ERRORS:
         folder = path.resolve()
         return folder.parent.name if folder.name == "capture" else folder.name
 
@@ -90,7 +84,7 @@ def _with_exposures(dataset: Dataset, file: Path) -> Dataset:
     try:
         known = json.loads(file.read_bytes())["exposures"]
         exposures = {name: float(known[name]) for name in known}
-    except UNKNOWN:
+    except CAPTURE_FILE_ERRORS:
         return dataset
     if not all(map(math.isfinite, exposures.values())):
         return dataset
@@ -110,11 +104,7 @@ def _with_near(dataset: Dataset, file: Path) -> Dataset:
         raise InputError(
             f"{file} has no valid near plane: write one number above 0, in world units"
         )
-    train, test = (
-        [replace(frame, camera=replace(frame.camera, near=near)) for frame in frames]
-        for frames in (dataset.train, dataset.test)
-    )
-    return replace(dataset, train=train, test=test, near=near)
+    return dataset.with_near(near)
 
 
 def _no_poses(path: Path) -> str:

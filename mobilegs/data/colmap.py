@@ -23,13 +23,13 @@ from mobilegs.data.colmap_files import (
 from mobilegs.data.dataset import (
     Color,
     Dataset,
-    Frame,
     assemble,
     posed_frames,
     recentred,
     split_every_eighth,
 )
 from mobilegs.errors import InputError, quoted
+from mobilegs.render.project import rotation_matrices
 
 BESIDE_PHOTOS = ("sparse",)
 MODEL_FOLDERS = (*BESIDE_PHOTOS, "colmap/sparse")  # and folders in them, mostly called 0, 1, ...
@@ -39,9 +39,9 @@ log = logging.getLogger(__name__)
 def find_models(path: Path, folders: Sequence[str] = MODEL_FOLDERS) -> dict[Path, int]:
     """Return the COLMAP models of a capture that lie side by side, with their numbers of photos."""
     for folder in (path / name for name in folders):
-        found = [each for each in (*_subfolders(folder), folder) if _is_model(each)]
-        if found:
-            return {each: _photo_count(each) if len(found) > 1 else 0 for each in found}
+        models = [each for each in (*_subfolders(folder), folder) if _is_model(each)]
+        if models:
+            return {each: _photo_count(each) if len(models) > 1 else 0 for each in models}
     return {}
 
 
@@ -63,11 +63,7 @@ def _photo_count(folder: Path) -> int:
 
 
 def load_colmap(
-    path: Path,
-    *,
-    downscale: int | None = None,
-    background: Color | None = None,
-    masks: bool = True,
+    path: Path, *, downscale: int | None, background: Color | None, masks: bool
 ) -> Dataset:
     """Read a COLMAP capture; every eighth photo by name is held back.
 
@@ -87,23 +83,27 @@ def load_colmap(
         raise InputError(f"{model} has no registered photo; reconstruct it again with more overlap")
     points = read_points(_model_file(model, "points3D"))
     viewmats, xyz, offset = recentred([_viewmat(image) for image in registered], points.xyz)
-    files, factor = _photo_files(path, [image.name for image in registered], downscale)
+    files, downscale = _photo_files(path, [image.name for image in registered], downscale)
+    background = background or (0.0, 0.0, 0.0)
     groups = _moments(model)
-    frames = [
-        frame
-        for image, viewmat in zip(registered, viewmats, strict=True)
-        for frame in _frames(
-            image,
-            cameras,
-            files[image.name],
-            downscale=factor,
+    frames = []
+    for image, viewmat in zip(registered, viewmats, strict=True):
+        if image.camera_id not in cameras:
+            raise InputError(
+                f"{model}: photo {image.name} refers to camera {image.camera_id}, which does not "
+                "exist"
+            )
+        lens = cameras[image.camera_id]
+        frames += posed_frames(
+            image.name,
+            _camera(lens, viewmat),
+            image_path=files[image.name],
+            downscale=downscale,
             mask_path=mask_file(path / "masks", image.name) if masks else None,
-            background=background or (0.0, 0.0, 0.0),
-            model=model,
-            viewmat=viewmat,
+            distortion=lens.distortion,
             group=groups.get(image.number, ""),
+            background=background,
         )
-    ]
     train, test = split_every_eighth(frames)
     return assemble(
         path.resolve().name,
@@ -112,7 +112,7 @@ def load_colmap(
         points=xyz,
         offset=offset,
         colors=points.rgb / 255,
-        background=background or (0.0, 0.0, 0.0),
+        background=background,
     )
 
 
@@ -170,52 +170,17 @@ def _moments(model: Path) -> dict[int, str]:
     }
 
 
-def _frames(
-    image: ColmapImage,
-    cameras: dict[int, ColmapCamera],
-    file: Path,
-    *,
-    downscale: int | None,
-    mask_path: Path | None,
-    background: Color,
-    model: Path,
-    viewmat: Float[np.ndarray, "4 4"],
-    group: str,
-) -> list[Frame]:
-    if image.camera_id not in cameras:
-        raise InputError(
-            f"{model}: photo {image.name} refers to camera {image.camera_id}, which does not exist"
-        )
-    lens = cameras[image.camera_id]
+def _camera(lens: ColmapCamera, viewmat: Float[np.ndarray, "4 4"]) -> Camera:
     fx, fy, cx, cy = lens.intrinsics
-    camera = Camera(
-        viewmat=torch.from_numpy(viewmat).float(),
-        K=torch.tensor([[fx, 0, cx], [0, fy, cy], [0, 0, 1]]),
-        width=lens.width,
-        height=lens.height,
-    )
-    return posed_frames(
-        image.name,
-        camera,
-        image_path=file,
-        downscale=downscale,
-        mask_path=mask_path,
-        distortion=lens.distortion,
-        group=group,
-        background=background,
-    )
+    K = torch.tensor([[fx, 0, cx], [0, fy, cy], [0, 0, 1]])
+    return Camera(torch.from_numpy(viewmat).float(), K, lens.width, lens.height)
 
 
 def _viewmat(image: ColmapImage) -> Float[np.ndarray, "4 4"]:
     """Return the world-to-camera matrix; COLMAP uses OpenCV's axes."""
-    quat = np.array(image.quat)
-    quat = quat / np.abs(quat).max()  # squares of huge values stay finite
-    w, x, y, z = quat / np.linalg.norm(quat)
+    quat = torch.tensor([image.quat], dtype=torch.float64)
+    quat /= quat.abs().max()  # squares of huge values stay finite
     viewmat = np.eye(4)
-    viewmat[:3, :3] = [
-        [1 - 2 * (y * y + z * z), 2 * (x * y - w * z), 2 * (x * z + w * y)],
-        [2 * (x * y + w * z), 1 - 2 * (x * x + z * z), 2 * (y * z - w * x)],
-        [2 * (x * z - w * y), 2 * (y * z + w * x), 1 - 2 * (x * x + y * y)],
-    ]
+    viewmat[:3, :3] = rotation_matrices(quat)[0]
     viewmat[:3, 3] = image.translation
     return viewmat

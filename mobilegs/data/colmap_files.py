@@ -14,6 +14,7 @@ from typing import NamedTuple
 import numpy as np
 from jaxtyping import Float, UInt8
 
+from mobilegs.atomic import reading
 from mobilegs.data.distortion import Distortion
 from mobilegs.data.pinhole_views import EQUIRECTANGULAR, sphere_intrinsics
 from mobilegs.errors import InputError, quoted
@@ -38,6 +39,10 @@ MODELS = {  # id: (name, number of parameters)
     16: ("EUCM", 6),
     17: ("EQUIRECTANGULAR", 2),
 }
+ONE_FOCAL_LENGTH = (
+    "SIMPLE_PINHOLE", "SIMPLE_RADIAL", "RADIAL", "SIMPLE_FISHEYE", "SIMPLE_RADIAL_FISHEYE",
+    "RADIAL_FISHEYE",
+)  # fmt: skip
 CAMERA_SENSOR = 0  # type of a rig's sensor; others are no cameras
 SIDE_MAX = 1 << 16  # pixels
 
@@ -122,10 +127,8 @@ _POINT = np.dtype(
 
 def read_bytes(path: Path) -> bytes:
     """Return the content of a file. Raises `InputError` if it cannot be read."""
-    try:
+    with reading(path):
         return path.read_bytes()
-    except OSError as error:
-        raise InputError(f"{path} cannot be read ({error.strerror})") from error
 
 
 def read_cameras(path: Path) -> dict[int, ColmapCamera]:
@@ -149,15 +152,15 @@ def read_images(path: Path) -> list[ColmapImage]:
 
     Raises `InputError` for a damaged file.
     """
-    found = list(_binary_images(path) if path.suffix == ".bin" else _text_images(path))
-    for image in found:
+    images = list(_binary_images(path) if path.suffix == ".bin" else _text_images(path))
+    for image in images:
         if not image.name.isprintable() or not image.name:
             raise InputError(
                 f"{path} has the file name {quoted(image.name)}, which is empty or not printable"
             )
         if not np.isfinite([*image.quat, *image.translation]).all() or not any(image.quat):
             raise InputError(f"{path}: the pose of {image.name} is not finite, or has no rotation")
-    return found
+    return images
 
 
 def count_images(path: Path) -> int:
@@ -190,44 +193,35 @@ def _camera(
 ) -> ColmapCamera:
     if not np.isfinite(parameters).all():
         raise InputError(f"{where} has parameters that are not finite numbers")
-    p = parameters
+    if model in ONE_FOCAL_LENGTH:
+        parameters = (parameters[0], *parameters)
+    intrinsics, p = parameters[:4], (*parameters[4:], *(0.0,) * 8)
     match model:
-        case "SIMPLE_PINHOLE":
-            intrinsics, lens = (p[0], p[0], p[1], p[2]), Distortion()
-        case "PINHOLE":
-            intrinsics, lens = (p[0], p[1], p[2], p[3]), Distortion()
-        case "SIMPLE_RADIAL" | "RADIAL":
-            k2 = p[4] if model == "RADIAL" else 0.0
-            intrinsics, lens = (p[0], p[0], p[1], p[2]), Distortion((p[3], k2, 0.0, 0.0))
-        case "OPENCV":
-            intrinsics = (p[0], p[1], p[2], p[3])
-            lens = Distortion((p[4], p[5], 0.0, 0.0), tangential=(p[6], p[7]))
-        case "FULL_OPENCV":
-            intrinsics = (p[0], p[1], p[2], p[3])
-            lens = Distortion((p[4], p[5], p[8], 0.0), (p[9], p[10], p[11]), (p[6], p[7]))
-        case "SIMPLE_FISHEYE" | "SIMPLE_RADIAL_FISHEYE" | "RADIAL_FISHEYE":
-            intrinsics = (p[0], p[0], p[1], p[2])
-            k1, k2 = (*p[3:], 0.0, 0.0)[:2]
-            lens = Distortion((k1, k2, 0.0, 0.0), projection="equidistant")
-        case "FISHEYE" | "OPENCV_FISHEYE":
-            intrinsics = (p[0], p[1], p[2], p[3])
-            k1, k2, k3, k4 = p[4:] or (0.0,) * 4
-            lens = Distortion((k1, k2, k3, k4), projection="equidistant")
+        case "SIMPLE_PINHOLE" | "PINHOLE" | "SIMPLE_RADIAL" | "RADIAL":
+            lens = Distortion((p[0], p[1], 0.0, 0.0))
+        case "OPENCV" | "FULL_OPENCV":
+            lens = Distortion((p[0], p[1], p[4], 0.0), (p[5], p[6], p[7]), (p[2], p[3]))
+        case (
+            "SIMPLE_FISHEYE"
+            | "SIMPLE_RADIAL_FISHEYE"
+            | "RADIAL_FISHEYE"
+            | "FISHEYE"
+            | "OPENCV_FISHEYE"
+        ):
+            lens = Distortion((p[0], p[1], p[2], p[3]), projection="equidistant")
         case "THIN_PRISM_FISHEYE":
-            intrinsics = (p[0], p[1], p[2], p[3])
             lens = Distortion(
-                (p[4], p[5], p[8], p[9]),
-                tangential=(p[6], p[7]),
-                prism=(p[10], p[11]),
+                (p[0], p[1], p[4], p[5]),
+                tangential=(p[2], p[3]),
+                prism=(p[6], p[7]),
                 projection="equidistant",
             )
         case "FOV":
-            if not 0 < p[4] < math.pi:
+            if not 0 < p[0] < math.pi:
                 raise InputError(f"{where} has a field of view that is not between 0 and pi")
-            intrinsics = (p[0], p[1], p[2], p[3])
-            lens = Distortion(projection="fov", omega=p[4])
+            lens = Distortion(projection="fov", omega=p[0])
         case "EQUIRECTANGULAR":
-            if (round(p[0]), round(p[1])) != (width, height):
+            if (round(parameters[0]), round(parameters[1])) != (width, height):
                 raise InputError(f"{where} is a panorama of another size than its photos")
             intrinsics, lens = sphere_intrinsics(width, height), EQUIRECTANGULAR
         case _:
@@ -236,9 +230,10 @@ def _camera(
                 "image_undistorter --image_path images --input_path sparse/0 --output_path DIR` "
                 "in the capture's folder and give DIR"
             )
-    if min(intrinsics[:2]) <= 0:
+    fx, fy, cx, cy = intrinsics
+    if min(fx, fy) <= 0:
         raise InputError(f"{where} has a focal length that is not positive")
-    return ColmapCamera(width, height, intrinsics, lens)
+    return ColmapCamera(width, height, (fx, fy, cx, cy), lens)
 
 
 _RawCamera = tuple[int, str, int, int, tuple[float, ...]]
@@ -354,15 +349,13 @@ def _text_images(path: Path) -> Iterator[ColmapImage]:
     for line_number, line in _lines(path):
         if not line or _are_observations(line):  # some tools write no observations
             continue
-        fields = line.split(maxsplit=9)
         try:
-            number, *pose, camera_id, name = fields
-            values = tuple(map(float, pose))
-            image = ColmapImage(int(number), name, int(camera_id), values[:4], values[4:])
+            number, *pose, camera_id, name = line.split(maxsplit=9)
+            w, x, y, z, *translation = map(float, pose)
+            tx, ty, tz = translation
+            image = ColmapImage(int(number), name, int(camera_id), (w, x, y, z), (tx, ty, tz))
         except ValueError as error:
             raise _bad_line(path, line_number, layout) from error
-        if len(values) != 7:
-            raise _bad_line(path, line_number, layout)
         yield image
 
 
@@ -384,16 +377,15 @@ def _text_moments(path: Path) -> Iterator[list[int]]:
         fields = line.split()
         kinds, photos = fields[10::3], fields[12::3]
         try:
-            found = [
+            if len(fields) != 10 + 3 * int(fields[9]):
+                raise ValueError
+            cameras = [
                 int(photo) for kind, photo in zip(kinds, photos, strict=True) if kind == "CAMERA"
             ]
-            complete = int(fields[9]) == len(photos) and len(fields) == 10 + 3 * len(photos)
-        except (ValueError, IndexError):
-            found, complete = [], False
-        if not complete:
+        except (ValueError, IndexError) as error:
             layout = "FRAME_ID RIG_ID QW QX QY QZ TX TY TZ NUM_DATA_IDS (TYPE SENSOR_ID DATA_ID)..."
-            raise _bad_line(path, number, layout)
-        yield found
+            raise _bad_line(path, number, layout) from error
+        yield cameras
 
 
 def _text_points(path: Path) -> ColmapPoints:
@@ -403,13 +395,11 @@ def _text_points(path: Path) -> ColmapPoints:
             continue
         fields = line.split(maxsplit=8)
         try:
-            position, color = [float(value) for value in fields[1:4]], bytes(map(int, fields[4:7]))
+            red, green, blue = bytes(map(int, fields[4:7]))
+            xyz.append([float(value) for value in fields[1:4]])
         except ValueError as error:
             raise _bad_line(path, number, "POINT3D_ID X Y Z R G B ERROR TRACK...") from error
-        if len(color) != 3:
-            raise _bad_line(path, number, "POINT3D_ID X Y Z R G B ERROR TRACK...")
-        xyz.append(position)
-        rgb.append(tuple(color))
+        rgb.append((red, green, blue))
     return ColmapPoints(
         np.array(xyz, np.float64).reshape(-1, 3), np.array(rgb, np.uint8).reshape(-1, 3)
     )

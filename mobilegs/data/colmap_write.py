@@ -19,11 +19,8 @@ def write_model(
 ) -> None:
     """Write `sparse/0` of a capture; `cameras.txt` comes last and marks it as complete.
 
-    Args:
-        capture: existing folder of the capture.
-        cameras: names of the photos and their pinhole cameras.
-        points: sparse points, `[m, 3]`, world units.
-        colors: of the points, `[m, 3]`, in [0, 1].
+    `cameras` are the names of the photos and their pinhole cameras. Points are in world units,
+    their colours in [0, 1].
     """
     rows, images = ["# CAMERA_ID MODEL WIDTH HEIGHT FX FY CX CY"], []
     images.append("# IMAGE_ID QW QX QY QZ TX TY TZ CAMERA_ID NAME, then a line of observations")

@@ -20,8 +20,9 @@ from mobilegs.data.pinhole_views import fields_of_view, pinhole_views
 from mobilegs.errors import InputError
 
 CACHE_BYTES = 2 << 30  # of decoded photos that a loader keeps
+THREADS = 2  # of a loader
 TEST_EVERY = 8  # views 0, 8, 16, ... in order of their names are held back
-FAR = 1000.0  # spreads of the cameras from the origin, from which on they are recentred
+RECENTRED_FROM = 1000.0  # distance of the cameras from the origin, in their spreads
 Color = tuple[float, float, float]
 Offset = tuple[float, float, float]
 log = logging.getLogger(__name__)
@@ -76,7 +77,6 @@ class View:
     mask: Float[Tensor, "h w"] | None = None
 
     def to(self, device: torch.device | str) -> "View":
-        """Return the view on `device`."""
         mask = None if self.mask is None else self.mask.to(device)
         return View(self.name, self.camera.to(device), self.image.to(device), mask)
 
@@ -132,6 +132,14 @@ class Dataset:
     near: float
     offset: Offset = (0.0, 0.0, 0.0)
 
+    def with_near(self, near: float) -> "Dataset":
+        """Return the dataset with another near plane of every camera."""
+        train, test = (
+            [replace(frame, camera=replace(frame.camera, near=near)) for frame in frames]
+            for frames in (self.train, self.test)
+        )
+        return replace(self, train=train, test=test, near=near)
+
 
 def assemble(
     name: str,
@@ -158,12 +166,7 @@ def assemble(
     kept = torch.from_numpy(np.concatenate([points, colors], axis=1)).float()
     kept = kept[kept.isfinite().all(1)]
     center, extent = center_and_extent([frame.camera for frame in train], kept[:, :3])
-    near = NEAR * min(1.0, extent)
-    train, test = (
-        [replace(frame, camera=replace(frame.camera, near=near)) for frame in frames]
-        for frames in (train, test)
-    )
-    return Dataset(
+    dataset = Dataset(
         name=name,
         train=train,
         test=test,
@@ -172,9 +175,10 @@ def assemble(
         extent=extent,
         center=center,
         background=torch.tensor(background, dtype=torch.float32),
-        near=near,
+        near=NEAR,
         offset=offset,
     )
+    return dataset.with_near(NEAR * min(1.0, extent))
 
 
 @np.errstate(over="ignore", invalid="ignore")  # cameras that are not finite are refused later
@@ -191,7 +195,7 @@ def recentred(
     middle = np.median(eyes, axis=0) if len(eyes) else np.zeros(3)
     near = np.abs(points - middle)[np.isfinite(points).all(1)]
     spread = max(np.abs(eyes - middle).max(initial=0.0), float(np.median(near)) if near.size else 0)
-    if not np.isfinite(eyes).all() or not 0 < FAR * spread < np.abs(middle).max():
+    if not np.isfinite(eyes).all() or not 0 < RECENTRED_FROM * spread < np.abs(middle).max():
         return list(viewmats), points, (0.0, 0.0, 0.0)
     offset = np.round(middle)
     moved = [v.copy() for v in viewmats]
@@ -297,14 +301,11 @@ class ViewLoader:
     Close the loader, or use it in a `with` block.
     """
 
-    def __init__(
-        self, frames: Sequence[Frame], *, cache_bytes: int = CACHE_BYTES, threads: int = 2
-    ) -> None:
+    def __init__(self, frames: Sequence[Frame], *, cache_bytes: int = CACHE_BYTES) -> None:
         self._frames = list(frames)
         self._left = cache_bytes
         self._cache: dict[int, _Decoded] = {}
         self._pending: dict[int, Future[_Decoded]] = {}
-        self._threads = threads
         self._pool: ThreadPoolExecutor | None = None
 
     def __len__(self) -> int:
@@ -332,12 +333,12 @@ class ViewLoader:
         decodes any others.
         """
         for index in indices:
-            if len(self._pending) >= 4 * self._threads:
+            if len(self._pending) >= 4 * THREADS:
                 return
             if index in self._cache or index in self._pending:
                 continue
             if self._pool is None:
-                self._pool = ThreadPoolExecutor(self._threads, thread_name_prefix="views")
+                self._pool = ThreadPoolExecutor(THREADS, thread_name_prefix="views")
             self._pending[index] = self._pool.submit(_decode, self._frames[index])
 
     def close(self) -> None:
@@ -401,11 +402,11 @@ def posed_frames(
     *,
     image_path: Path,
     downscale: int | None,
-    mask_path: Path | None = None,
-    distortion: Distortion | None = None,
+    mask_path: Path | None,
+    distortion: Distortion,
+    background: Color,
     group: str = "",
     alpha: Literal["mask", "over"] = "mask",
-    background: Color = (0.0, 0.0, 0.0),
 ) -> list[Frame]:
     """Return the frames of a photo at its size divided by `downscale` (None: at most 1600 wide).
 
@@ -426,9 +427,7 @@ def posed_frames(
         raise InputError(f"mask {mask_path} has another aspect ratio than its photo {image_path}")
     if not bool(camera.viewmat.isfinite().all() and camera.K.isfinite().all()):
         raise InputError(f"the camera of {name} has numbers that are not finite")
-    views = pinhole_views(
-        str(image_path), camera, size, distortion=distortion or Distortion(), downscale=downscale
-    )
+    views = pinhole_views(str(image_path), camera, size, distortion=distortion, downscale=downscale)
     path = PurePosixPath(name)
     return [
         Frame(

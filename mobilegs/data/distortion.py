@@ -50,12 +50,6 @@ class Distortion:
         coefficients = (*self.numerator, *self.denominator, *self.tangential, *self.prism)
         return any(coefficients) or self.projection != "perspective"
 
-    def project(
-        self, x: Float[Tensor, "..."], y: Float[Tensor, "..."], z: Float[Tensor, "..."]
-    ) -> tuple[Float[Tensor, "..."], Float[Tensor, "..."]]:
-        """Return the distorted (x', y') of directions (x, y, z), any shape."""
-        return self.apply(*self.ideal(x, y, z))
-
     def ideal(
         self, x: Float[Tensor, "..."], y: Float[Tensor, "..."], z: Float[Tensor, "..."]
     ) -> tuple[Float[Tensor, "..."], Float[Tensor, "..."]]:

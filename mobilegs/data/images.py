@@ -3,7 +3,8 @@
 import math
 import struct
 import zlib
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator
+from contextlib import contextmanager
 from pathlib import Path
 
 import numpy as np
@@ -43,6 +44,17 @@ def open_image(path: Path) -> Image.Image:
         raise InputError(f"{path} cannot be read as an image ({error})") from error
 
 
+@contextmanager
+def decoding(path: Path) -> Iterator[None]:
+    """Raise `InputError` for an image at `path` that PIL cannot decode in the block."""
+    try:
+        yield
+    except InputError:
+        raise
+    except PIL_ERRORS as error:
+        raise InputError(f"{path} cannot be decoded ({error})") from error
+
+
 def image_size(path: Path) -> tuple[int, int]:
     """Return width and height in pixels as stored, without EXIF rotation."""
     with open_image(path) as image:
@@ -66,10 +78,10 @@ def exposure_of(image: Image.Image) -> float | None:
 def exif_number(value: object) -> float:
     """Return an EXIF value as a number in (1e-9, 1e5), or 0 if it is not one."""
     try:
-        found = float(value[0] if isinstance(value, tuple) else value)  # pyright: ignore
+        number = float(value[0] if isinstance(value, tuple) else value)  # pyright: ignore
     except (TypeError, ValueError, ZeroDivisionError, IndexError):
         return 0.0
-    return found if 1e-9 < found < 1e5 else 0.0
+    return number if 1e-9 < number < 1e5 else 0.0
 
 
 def has_alpha(path: Path) -> bool:
@@ -105,21 +117,16 @@ def read_pixels(
     [0, 1]. With `over` None its colours stay, and `opaque` is True where all averaged pixels are
     opaque; in all other cases `opaque` is None. Raises `InputError` if it cannot be decoded.
     """
-    with open_image(path) as image:
-        try:
-            image.load()
-            if not _has_alpha(image):
-                return np.asarray(_boxed(as_rgb(image), width, height)), None
-            rgba = image.convert("RGBA")
-        except PIL_ERRORS as error:
-            raise InputError(f"{path} cannot be decoded ({error})") from error
-    alpha = rgba.getchannel("A")
+    with open_image(path) as image, decoding(path):
+        image.load()
+        if not _has_alpha(image):
+            return np.asarray(_boxed(as_rgb(image), width, height)), None
+        rgba = image.convert("RGBA")
+    alpha, rgb = rgba.getchannel("A"), rgba.convert("RGB")
     if over is None:
-        return np.asarray(_boxed(rgba.convert("RGB"), width, height)), _solid(alpha, width, height)
+        return np.asarray(_boxed(rgb, width, height)), _solid(alpha, width, height)
     paper = Image.new("RGB", rgba.size, tuple(round(255 * channel) for channel in over))
-    return np.asarray(
-        _boxed(Image.composite(rgba.convert("RGB"), paper, alpha), width, height)
-    ), None
+    return np.asarray(_boxed(Image.composite(rgb, paper, alpha), width, height)), None
 
 
 def read_mask(path: Path, width: int, height: int) -> Bool[np.ndarray, "h w"]:
@@ -127,11 +134,8 @@ def read_mask(path: Path, width: int, height: int) -> Bool[np.ndarray, "h w"]:
 
     Raises `InputError` if the file cannot be decoded.
     """
-    with open_image(path) as image:
-        try:
-            return _solid(image.convert("L"), width, height)
-        except PIL_ERRORS as error:
-            raise InputError(f"{path} cannot be decoded ({error})") from error
+    with open_image(path) as image, decoding(path):
+        return _solid(image.convert("L"), width, height)
 
 
 def read_opaque(path: Path, width: int, height: int) -> Bool[np.ndarray, "h w"]:
@@ -140,11 +144,8 @@ def read_opaque(path: Path, width: int, height: int) -> Bool[np.ndarray, "h w"]:
     A pixel is False if all that are averaged into it are transparent. Raises `InputError` if the
     file cannot be decoded.
     """
-    with open_image(path) as image:
-        try:
-            alpha = image.convert("RGBA").getchannel("A")
-        except PIL_ERRORS as error:
-            raise InputError(f"{path} cannot be decoded ({error})") from error
+    with open_image(path) as image, decoding(path):
+        alpha = image.convert("RGBA").getchannel("A")
     shown = Image.fromarray(np.where(np.asarray(alpha) > 0, np.uint8(255), np.uint8(0)))
     return np.asarray(shown.resize((width, height), Image.Resampling.BOX)) > 0
 
@@ -192,7 +193,7 @@ def _boxed(image: Image.Image, width: int, height: int) -> Image.Image:
     """Resize by averaging areas, rounded once.
 
     PIL's box filter averages whole pixels only. It also rounds up twice, which makes the result
-    half a level too bright.
+    half a step of 8 bits too bright.
     """
     if image.size == (width, height):
         return image

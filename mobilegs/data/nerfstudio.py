@@ -1,4 +1,4 @@
-"""Reads captures with a `transforms.json`: those of nerfstudio, instant-ngp and Blender.
+"""Reads captures with a `transforms.json`, of nerfstudio and instant-ngp, and NeRF-synthetic ones.
 
 Poses are camera-to-world with OpenGL axes (x right, y up, z back). An `applied_transform` is
 ignored: poses and points already include it. The format is documented at
@@ -41,11 +41,7 @@ PANORAMA = "EQUIRECTANGULAR"
 
 
 def load_nerfstudio(
-    path: Path,
-    *,
-    downscale: int | None = None,
-    background: Color | None = None,
-    masks: bool = True,
+    path: Path, *, downscale: int | None, background: Color | None, masks: bool
 ) -> Dataset:
     """Read `transforms.json`.
 
@@ -53,27 +49,28 @@ def load_nerfstudio(
     eighth by name. Transparent photos are composited over `background`: by default white if any
     photo is transparent, else black. `load_capture` describes the arguments. Raises `InputError`.
     """
-    meta = read_transforms(path / "transforms.json")
-    files = frame_files(path, meta, path / "transforms.json")
+    source = path / "transforms.json"
+    meta = read_transforms(source)
+    files = frame_files(path, meta, source)
     if background is None:
         see_through = any(images.has_alpha(file) for file in files)
         background = (1.0, 1.0, 1.0) if see_through else (0.0, 0.0, 0.0)
-    points, colors = _points(path, meta)
+    points, colors = _points(source, meta)
     poses = [
-        _viewmat(f"{path / 'transforms.json'}: frame {index}", entry.get("transform_matrix"))
+        _viewmat(f"{source}: frame {index}", entry.get("transform_matrix"))
         for index, entry in enumerate(meta["frames"])
     ]
     _, points, offset = recentred(poses, points)
     options: dict[str, Any] = {"downscale": downscale, "background": background, "masks": masks}
     options["offset"] = offset
-    photos = frames_of_photos(path, "transforms.json", **options)
+    photos = _frames_of_photos(path, source, meta, files, **options)
     frames = list(chain.from_iterable(photos))
     if (path / "transforms_test.json").is_file():
         train, test = frames, read_frames(path, "transforms_test.json", **options)
     elif "train_filenames" in meta and ("test_filenames" in meta or "val_filenames" in meta):
-        train = _named(path, meta, "train_filenames", files, photos)
+        train = _named(source, meta, "train_filenames", files, photos)
         held = "test_filenames" if meta.get("test_filenames") else "val_filenames"
-        test = _named(path, meta, held, files, photos)
+        test = _named(source, meta, held, files, photos)
     else:
         train, test = split_every_eighth(frames)
     return assemble(
@@ -85,6 +82,27 @@ def load_nerfstudio(
         background=background,
         offset=offset,
     )
+
+
+def load_blender(
+    path: Path, *, downscale: int | None, background: Color | None, masks: bool
+) -> Dataset:
+    """Read a NeRF-synthetic capture: renders with alpha over `background`, white by default.
+
+    Its poses are in `transforms_train.json` and `_test.json`; without the latter every eighth view
+    by name is held back. It has no points. `load_capture` describes the arguments. Raises
+    `InputError`.
+    """
+    background = background or (1.0, 1.0, 1.0)
+    options: dict[str, Any] = {"downscale": downscale, "background": background, "masks": masks}
+    train = read_frames(path, "transforms_train.json", **options)
+    if (path / "transforms_test.json").is_file():
+        test = read_frames(path, "transforms_test.json", **options)
+    else:
+        train, test = split_every_eighth(train)
+    none = np.zeros((0, 3))
+    name = path.resolve().name
+    return assemble(name, train, test, points=none, colors=none, background=background)
 
 
 def read_transforms(path: Path) -> dict[str, Any]:
@@ -111,12 +129,12 @@ def frame_files(path: Path, meta: dict[str, Any], source: Path) -> list[Path]:
         name = frame.get("file_path")
         if not isinstance(name, str) or not name:
             raise InputError(f"{source}: frame {index} has no file_path")
-        found = find_file(path, name, ALL_SUFFIXES)
-        if found is None:
+        file = find_file(path, name, ALL_SUFFIXES)
+        if file is None:
             raise InputError(
                 f"{source}: the photo {quoted(name)} of frame {index} is not in {path}"
             )
-        files.append(found)
+        files.append(file)
     return files
 
 
@@ -137,52 +155,43 @@ def find_file(path: Path, name: str, suffixes: Sequence[str] = ("",)) -> Path | 
     return None
 
 
-def read_frames(
+def read_frames(path: Path, file: str, **options: Any) -> list[Frame]:
+    """Read the frames of a transforms file, in its order; options as `_frames_of_photos` has."""
+    meta = read_transforms(path / file)
+    files = frame_files(path, meta, path / file)
+    return list(chain.from_iterable(_frames_of_photos(path, path / file, meta, files, **options)))
+
+
+def _frames_of_photos(
     path: Path,
-    file: str,
+    source: Path,
+    meta: dict[str, Any],
+    photos: list[Path],
     *,
     downscale: int | None,
     background: Color,
     masks: bool = True,
     offset: Offset = (0.0, 0.0, 0.0),
-) -> list[Frame]:
-    """Read the frames of the transforms file `file` in `path`, in the file's order.
-
-    `offset` is subtracted from the positions of the cameras.
-    """
-    options: dict[str, Any] = {"downscale": downscale, "background": background, "masks": masks}
-    return list(chain.from_iterable(frames_of_photos(path, file, offset=offset, **options)))
-
-
-def frames_of_photos(
-    path: Path,
-    file: str,
-    *,
-    downscale: int | None,
-    background: Color,
-    masks: bool,
-    offset: Offset,
 ) -> list[list[Frame]]:
-    """Read the frames of each photo of a transforms file: six of a panorama, one of any other."""
-    source = path / file
-    meta = read_transforms(source)
-    photos = frame_files(path, meta, source)
+    """Return the frames of each of `photos` of the capture `path`, which `source` describes.
+
+    A panorama has six frames, any other photo one. `offset` is subtracted from the positions of
+    the cameras.
+    """
     root = Path(commonpath([photo.parent for photo in photos]))
-    reduced = images.reduced_files(
-        root, [photo.relative_to(root).as_posix() for photo in photos], downscale
-    )
+    names = [photo.relative_to(root).as_posix() for photo in photos]
+    reduced = images.reduced_files(root, names, downscale)
     frames = []
-    for index, (entry, photo) in enumerate(zip(meta["frames"], photos, strict=True)):
-        name = photo.relative_to(root).as_posix()
+    for index, (entry, photo, name) in enumerate(zip(meta["frames"], photos, names, strict=True)):
         where = f"{source}: frame {index} ({name})"
-        values = {**meta, **entry}
+        values, mask = {**meta, **entry}, entry.get("mask_path") if masks else None
         frames.append(
             posed_frames(
                 name,
                 _camera(where, values, images.image_size(photo), offset),
                 image_path=photo if reduced is None else reduced[name],
                 downscale=downscale if reduced is None else 1,
-                mask_path=_mask(where, path, entry) if masks else None,
+                mask_path=None if mask is None else _named_file(where, path, "mask", mask),
                 distortion=_distortion(where, values),
                 alpha="over",
                 background=background,
@@ -285,42 +294,34 @@ def _distortion(where: str, values: dict[str, Any]) -> Distortion:
     return Distortion((k1, k2, k3, k4), projection="equidistant")  # which has no p1 and p2
 
 
-def _mask(where: str, path: Path, entry: dict[str, Any]) -> Path | None:
-    name = entry.get("mask_path")
-    if name is None:
-        return None
-    found = find_file(path, name) if isinstance(name, str) and name else None
-    if found is None:
-        raise InputError(f"{where} names the mask {quoted(name)}, which is not in {path}")
-    return found
+def _named_file(where: str, path: Path, noun: str, name: Any) -> Path:
+    """Return the file of `noun` that a transforms file calls `name`. Raises `InputError`."""
+    file = find_file(path, name) if isinstance(name, str) and name else None
+    if file is None:
+        raise InputError(f"{where} names the {noun} {quoted(name)}, which is not in {path}")
+    return file
 
 
 def _named(
-    path: Path, meta: dict[str, Any], key: str, files: Sequence[Path], photos: list[list[Frame]]
+    source: Path, meta: dict[str, Any], key: str, files: Sequence[Path], photos: list[list[Frame]]
 ) -> list[Frame]:
     """Return the frames of the photos that the list `meta[key]` names, in the file's order."""
-    names = meta[key]
+    names, path = meta[key], source.parent
     if not isinstance(names, list) or not all(isinstance(name, str) for name in names):
-        raise InputError(f"{path / 'transforms.json'} has a {key} that is not a list of file names")
+        raise InputError(f"{source} has a {key} that is not a list of file names")
     listed = {find_file(path, name, ALL_SUFFIXES) or path / name for name in names if name}
     picked = [frames for frames, file in zip(photos, files, strict=True) if file in listed]
     if len(picked) < len(listed):
         raise InputError(
-            f"{path / 'transforms.json'}: {key} names {len(listed)} photos, but only "
-            f"{len(picked)} of them are frames"
+            f"{source}: {key} names {len(listed)} photos, but only {len(picked)} of them are frames"
         )
     return list(chain.from_iterable(picked))
 
 
 def _points(
-    path: Path, meta: dict[str, Any]
+    source: Path, meta: dict[str, Any]
 ) -> tuple[Float[np.ndarray, "m 3"], Float[np.ndarray, "m 3"]]:
     name = meta.get("ply_file_path")
     if name is None:
         return np.zeros((0, 3)), np.zeros((0, 3))
-    found = find_file(path, name) if isinstance(name, str) and name else None
-    if found is None:
-        raise InputError(
-            f"{path / 'transforms.json'} names the points {quoted(name)}, which are not in {path}"
-        )
-    return read_points_ply(found)
+    return read_points_ply(_named_file(str(source), source.parent, "points file", name))

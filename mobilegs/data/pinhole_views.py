@@ -90,14 +90,14 @@ def panorama_views(
     focal = side / 2
     K = torch.tensor([[focal, 0, focal], [0, focal, focal], [0, 0, 1]])
     intrinsics = sphere_intrinsics(width, height)
-    found = []
+    views = []
     for face, rotation in FACES.items():
         turn = torch.eye(4)
         turn[:3, :3] = torch.tensor(rotation).T
         turned = Camera(turn.to(camera.viewmat) @ camera.viewmat, K, side, side)
         photo = LensPhoto(width, height, intrinsics, EQUIRECTANGULAR, rotation)
-        found.append(PinholeView(face, turned, photo))
-    return found
+        views.append(PinholeView(face, turned, photo))
+    return views
 
 
 def sphere_intrinsics(width: int, height: int) -> tuple[float, float, float, float]:

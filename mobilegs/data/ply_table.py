@@ -15,7 +15,7 @@ from typing import BinaryIO
 import numpy as np
 from numpy.typing import DTypeLike
 
-from mobilegs.atomic import file_size
+from mobilegs.atomic import file_size, reading
 from mobilegs.errors import InputError
 
 HEADER_MAX = 1 << 16  # bytes; a 3DGS header has about 1500
@@ -66,12 +66,9 @@ def read_header(path: Path) -> tuple[Header, int]:
 
     Raises InputError if the file cannot be read, or has no complete PLY header.
     """
-    try:
-        size = file_size(path)
-        with path.open("rb") as file:
-            return parse_header(file.read(HEADER_MAX), path), size
-    except OSError as error:
-        raise InputError(f"cannot read {path}: {error.strerror or error}") from None
+    size = file_size(path)
+    with reading(path), path.open("rb") as file:
+        return parse_header(file.read(HEADER_MAX), path), size
 
 
 def parse_header(head: bytes, path: Path) -> Header:
@@ -120,7 +117,7 @@ def find_vertex(header: Header, path: Path) -> tuple[Element, list[Element]]:
     raise InputError(f"{path} has no 'vertex' element")
 
 
-def check_size(
+def _check_size(
     header: Header, vertex: Element, before: list[Element], size: int, path: Path
 ) -> int:
     """Return the offset of the vertices (of all rows in a text file).
@@ -138,25 +135,36 @@ def check_size(
     return start
 
 
-def read_binary(
-    file: BinaryIO, vertex: Element, order: str, names: list[str], dtype: DTypeLike = np.float32
+def vertex_rows(
+    header: Header, size: int, names: list[str], path: Path, dtype: DTypeLike = np.float32
 ) -> Iterator[np.ndarray]:
-    """Yield the columns `names` of the vertices in blocks of rows, `[m, len(names)]`."""
-    row = vertex.dtype(order)
-    block = max(1, BLOCK // row.itemsize)
-    for first in range(0, vertex.count, block):
-        yield columns(np.fromfile(file, row, min(block, vertex.count - first)), names, dtype)
+    """Return the columns `names` of the vertices in blocks of rows, `[m, len(names)]`.
+
+    Raises InputError, before anything is read, if a file of `size` bytes is too small for them.
+    """
+    vertex, before = find_vertex(header, path)
+    start = _check_size(header, vertex, before, size, path)
+
+    def blocks() -> Iterator[np.ndarray]:
+        with path.open("rb") as file:
+            file.seek(start)
+            if header.ascii:
+                skipped = sum(element.count for element in before)
+                yield from _read_text(file, vertex, skipped, names, path, dtype)
+                return
+            row = vertex.dtype(header.order)
+            block = max(1, BLOCK // row.itemsize)
+            for first in range(0, vertex.count, block):
+                rows = np.fromfile(file, row, min(block, vertex.count - first))
+                yield columns(rows, names, dtype)
+
+    return blocks()
 
 
-def read_text(
-    file: BinaryIO,
-    vertex: Element,
-    skipped: int,
-    names: list[str],
-    path: Path,
-    dtype: DTypeLike = np.float32,
+def _read_text(
+    file: BinaryIO, vertex: Element, skipped: int, names: list[str], path: Path, dtype: DTypeLike
 ) -> Iterator[np.ndarray]:
-    """Do the same as `read_binary` for a text file, after `skipped` lines of other elements."""
+    """Yield the rows of a text file, after `skipped` lines of other elements."""
     width, order = len(vertex.columns), list(vertex.columns)
     places = [order.index(name) for name in names]
     collections.deque(itertools.islice(file, min(skipped, sys.maxsize)), maxlen=0)
@@ -174,8 +182,8 @@ def read_text(
                     f"{path} has a value among its vertices that is not a number"
                 ) from None
         with np.errstate(over="ignore"):  # doubles beyond float32 become infinite
-            found = table[:, places].astype(dtype)
-        yield found
+            block_rows = table[:, places].astype(dtype)
+        yield block_rows
 
 
 def cut_off(path: Path, count: int) -> InputError:

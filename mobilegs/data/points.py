@@ -5,7 +5,7 @@ from pathlib import Path
 import numpy as np
 from jaxtyping import Float
 
-from mobilegs.data.ply_table import check_size, find_vertex, read_binary, read_header, read_text
+from mobilegs.data.ply_table import find_vertex, read_header, vertex_rows
 from mobilegs.errors import InputError
 
 AXES, CHANNELS = ["x", "y", "z"], ["red", "green", "blue"]
@@ -19,20 +19,13 @@ def read_points_ply(
     Raises `InputError` for a file that is not a PLY, is damaged, or has no vertices.
     """
     header, size = read_header(path)
-    vertex, before = find_vertex(header, path)
+    vertex, _ = find_vertex(header, path)
     if not vertex.columns.keys() >= set(AXES):
         raise InputError(f"{path} lacks the properties x, y, z")
     colored = vertex.columns.keys() >= set(CHANNELS)
     names = [*AXES, *(CHANNELS if colored else [])]
-    start = check_size(header, vertex, before, size, path)
-    with path.open("rb") as file:
-        file.seek(start)
-        if header.ascii:
-            skipped = sum(element.count for element in before)
-            blocks = read_text(file, vertex, skipped, names, path, np.float64)
-        else:
-            blocks = read_binary(file, vertex, header.order, names, np.float64)
-        table = np.concatenate([np.zeros((0, len(names))), *blocks])
+    blocks = vertex_rows(header, size, names, path, np.float64)
+    table = np.concatenate([np.zeros((0, len(names))), *blocks])
     points, colors = table[:, :3], table[:, 3:]
     if not colored:
         return points, np.full_like(points, 0.5)

@@ -16,26 +16,26 @@ from mobilegs.render.scene import Scene
 SIDE = 256  # pixels, longer side of the renders that are counted
 SEEN_MIN = 0.02  # sum of blending weights, in pixels of such a render, from which a camera sees
 CAMERAS_MAX = 400  # of a capture with more, evenly spread ones are counted
-NEIGHBOURS = 8  # of a Gaussian, whose distance tells how lonely it is
-LONELY = 3.0  # standard deviations, along the longest axis, to the farthest of them
-FEW = 0.1  # share of the cameras that have the Gaussian in their picture and see it
-COVERED = 0.1  # alpha of a pixel from which it has a surface
-AHEAD = 0.7  # share of the depth of a pixel, before which a Gaussian floats
-MOST = 0.6  # share of the cameras, in whose pictures a floater floats
-WEIGHT_MAX = 5e-4  # share of all blending weights that floaters may have together
+NEIGHBOURS = 8  # nearest Gaussians, whose distances tell whether one is isolated
+ISOLATED_FROM = 3.0  # distance to the farthest of them, in the largest standard deviation
+SEEN_SHARE_MAX = 0.1  # of the cameras that frame a floater, those that see it
+SURFACE_ALPHA = 0.1  # of a pixel, from which it has a surface
+AHEAD_DEPTH = 0.7  # of the depth of the surface: nearer Gaussians are ahead of it
+AHEAD_SHARE_MIN = 0.6  # of the cameras that frame a floater, those in which it is ahead
+WEIGHT_MAX = 5e-4  # of all blending weights, those that floaters may have together
 
 
 @dataclass(frozen=True)
 class CameraCounts:
-    """Counts of the cameras that see each Gaussian, and its loneliness.
+    """Counts of the cameras that see each Gaussian, and whether it is isolated.
 
     Attributes:
         seen: number of cameras that saw it, `[n]`: those in whose picture, at a longer side of 256
             pixels, its blending weights add up to at least 0.02 pixels.
         framed: number of cameras whose picture contains its mean, whatever is before it, `[n]`.
         ahead: number of those in which its mean is nearer than 0.7 of the depth at its pixel of
-            the Gaussians that are not lonely.
-        lonely: whether its eight nearest neighbours reach farther than three standard deviations
+            the Gaussians that are not isolated.
+        isolated: whether its eight nearest neighbours reach farther than three standard deviations
             along its longest axis, `[n]`.
         weight: sum of its blending weights over all pictures, in pixels.
         cameras: number of cameras.
@@ -44,7 +44,7 @@ class CameraCounts:
     seen: Int[Tensor, "n"]
     framed: Int[Tensor, "n"]
     ahead: Int[Tensor, "n"]
-    lonely: Bool[Tensor, "n"]
+    isolated: Bool[Tensor, "n"]
     weight: Float[Tensor, "n"]
     cameras: int
 
@@ -59,8 +59,8 @@ def count_cameras(
     every = -(-len(cameras) // CAMERAS_MAX)
     used = cameras[::every]
     means = scene.gaussians.means
-    lonely = _lonely(scene)
-    surface = _selected(scene, ~lonely)
+    isolated = _isolated(scene)
+    surface = _selected(scene, ~isolated)
     seen = torch.zeros(len(means), dtype=torch.int32)
     framed, ahead = torch.zeros_like(seen), torch.zeros_like(seen)
     weight = torch.zeros(len(means))
@@ -74,22 +74,22 @@ def count_cameras(
         ahead += before
         if progress is not None:
             progress(number + 1, len(used))
-    return CameraCounts(seen, framed, ahead, lonely, weight, len(used))
+    return CameraCounts(seen, framed, ahead, isolated, weight, len(used))
 
 
 @torch.no_grad()
 def floaters(counts: CameraCounts) -> Bool[Tensor, "n"]:
-    """Return which Gaussians float: lonely, and hardly seen or before what most cameras see.
+    """Return which Gaussians float: isolated, and hardly seen or before what most cameras see.
 
-    A Gaussian floats if it is lonely and either at most a tenth of the cameras that have it in
+    A Gaussian floats if it is isolated and either at most a tenth of the cameras that have it in
     their picture see it, or it is before the scene in most of them. The least weighted
     come first, up to a share of 0.0005 of all blending weights, so that what the cameras see hardly
     changes.
     """
     framed = counts.framed.clamp_min(1)
-    hidden = counts.seen <= FEW * framed
-    before = counts.ahead >= MOST * framed
-    candidates = counts.lonely & (counts.framed > 0) & (hidden | before)
+    hidden = counts.seen <= SEEN_SHARE_MAX * framed
+    before = counts.ahead >= AHEAD_SHARE_MIN * framed
+    candidates = counts.isolated & (counts.framed > 0) & (hidden | before)
     rows = candidates.nonzero()[:, 0]
     rows = rows[counts.weight[rows].argsort(stable=True)]
     total = counts.weight.double().sum()
@@ -106,18 +106,17 @@ def _reduced(camera: Camera) -> Camera:
 
 
 @torch.no_grad()
-def _lonely(scene: Scene) -> Bool[Tensor, "n"]:
+def _isolated(scene: Scene) -> Bool[Tensor, "n"]:
     gaussians = scene.gaussians
     if len(gaussians) <= NEIGHBOURS:
         return torch.zeros(len(gaussians), dtype=torch.bool)
     means = gaussians.means.cpu().double().numpy()
     distances, _ = KDTree(means).query(means, k=NEIGHBOURS + 1, workers=-1)
     sizes = gaussians.scales.amax(1).cpu().double().numpy()
-    return torch.from_numpy(distances[:, -1] > LONELY * sizes)
+    return torch.from_numpy(distances[:, -1] > ISOLATED_FROM * sizes)
 
 
 def _selected(scene: Scene, rows: Bool[Tensor, "n"]) -> Scene:
-    """Return the scene with the Gaussians at `rows` only."""
     rows = rows.to(scene.gaussians.means.device)
     lobes = None if scene.lobes is None else scene.lobes[rows]
     return replace(scene, gaussians=scene.gaussians.select(rows), lobes=lobes)
@@ -131,7 +130,9 @@ def _depth_order(
     rendered = surface.render(camera, depth=True)
     assert rendered.depth is not None
     alpha = rendered.alpha.cpu()
-    depth = torch.where(alpha < COVERED, 0, rendered.depth.cpu() / alpha.clamp_min(COVERED))
+    depth = torch.where(
+        alpha < SURFACE_ALPHA, 0, rendered.depth.cpu() / alpha.clamp_min(SURFACE_ALPHA)
+    )
     points = (means @ camera.viewmat[:3, :3].T + camera.viewmat[:3, 3]).cpu()
     z = points[:, 2]
     pixels = (points @ camera.K.cpu().T)[:, :2] / z[:, None].clamp_min(1e-9)
@@ -139,5 +140,5 @@ def _depth_order(
     inside = (z > camera.near) & (column >= 0) & (column < camera.width)
     inside &= (row >= 0) & (row < camera.height)
     before = torch.zeros_like(inside)
-    before[inside] = z[inside] < AHEAD * depth[row[inside].long(), column[inside].long()]
+    before[inside] = z[inside] < AHEAD_DEPTH * depth[row[inside].long(), column[inside].long()]
     return inside, before

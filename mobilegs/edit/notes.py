@@ -34,7 +34,7 @@ class Annotation:
 
     Attributes:
         at: the dot's place, world units.
-        text: what the viewer shows; may have line breaks.
+        text: of the label that the viewer shows; may have line breaks.
         eye: from where the viewer looks at it; None to keep its direction.
     """
 

@@ -10,6 +10,7 @@ from jaxtyping import Bool, Float
 from torch import Tensor
 
 from mobilegs.errors import InputError
+from mobilegs.render.project import rotation_matrices
 
 REGIONS_MAX = 100  # in one text
 Number = float | int
@@ -30,9 +31,8 @@ class Box:
     quaternion: tuple[Number, Number, Number, Number] = (1.0, 0.0, 0.0, 0.0)
 
     def contains(self, means: Float[Tensor, "n 3"]) -> Bool[Tensor, "n"]:
-        """Return which points lie inside or on the box."""
         low, high = (torch.tensor(end, dtype=torch.float64) for end in (self.low, self.high))
-        turn = torch.from_numpy(rotation_matrix(self.quaternion))
+        turn = rotation_matrices(torch.tensor([self.quaternion], dtype=torch.float64))[0]
         inside = (means.double() - (low + high) / 2) @ turn  # row vectors: the inverse turn
         return (inside.abs() <= (high - low) / 2).all(1)
 
@@ -45,14 +45,13 @@ class Sphere:
     radius: Number
 
     def contains(self, means: Float[Tensor, "n 3"]) -> Bool[Tensor, "n"]:
-        """Return which points lie inside or on the sphere."""
         away = means.double() - torch.tensor(self.center, dtype=torch.float64)
         return away.norm(dim=1) <= self.radius
 
 
 @dataclass(frozen=True)
 class HalfSpace:
-    """All points x with `normal . x < offset`: what lies below a floor whose normal points up.
+    """All points x with `normal . x < offset`: those below a floor whose normal points up.
 
     Attributes:
         normal: length 1.
@@ -63,7 +62,6 @@ class HalfSpace:
     offset: Number
 
     def contains(self, means: Float[Tensor, "n 3"]) -> Bool[Tensor, "n"]:
-        """Return which points lie below the plane."""
         return means.double() @ torch.tensor(self.normal, dtype=torch.float64) < self.offset
 
 
@@ -127,18 +125,6 @@ def numbers_of(text: str, counts: Sequence[int], option: str, shape: str) -> lis
     if len(numbers) not in counts or not all(abs(number) < 1e12 for number in numbers):
         raise InputError(f"{option} needs {shape}, not {text[:60]!r}")
     return numbers
-
-
-def rotation_matrix(quaternion: Sequence[Number]) -> Float[np.ndarray, "3 3"]:
-    """Return the rotation of a quaternion w x y z of any length but 0."""
-    w, x, y, z = np.asarray(quaternion, np.float64) / np.linalg.norm(quaternion)
-    return np.array(
-        [
-            [1 - 2 * (y * y + z * z), 2 * (x * y - w * z), 2 * (x * z + w * y)],
-            [2 * (x * y + w * z), 1 - 2 * (x * x + z * z), 2 * (y * z - w * x)],
-            [2 * (x * z - w * y), 2 * (y * z + w * x), 1 - 2 * (x * x + y * y)],
-        ]
-    )
 
 
 def _parts(text: str, counts: Sequence[int], option: str, shape: str) -> list[list[float]]:

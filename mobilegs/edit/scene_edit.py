@@ -1,7 +1,7 @@
 """An edit of a scene file: Gaussians that stay, notes that change, and the new file.
 
-Codes and streams are carried over, never quantised again: what stays of a `.mgs` decodes to the
-same bits. A plain 3DGS scene keeps its numbers as well, and has no notes.
+Codes and streams are carried over, never quantised again: the Gaussians that stay in a `.mgs`
+decode to the same bits. A plain 3DGS scene keeps its numbers as well, and has no notes.
 """
 
 import logging
@@ -14,9 +14,9 @@ import torch
 from jaxtyping import Bool, Int
 from torch import Tensor
 
-from mobilegs.atomic import atomic_path, read_if
+from mobilegs.atomic import atomic_path, free_path, read_if
 from mobilegs.camera import Camera
-from mobilegs.edit.camera_counts import CameraCounts, count_cameras, floaters
+from mobilegs.edit.camera_counts import count_cameras, floaters
 from mobilegs.edit.notes import merged_notes
 from mobilegs.edit.regions import Box, HalfSpace, Region
 from mobilegs.errors import InputError
@@ -29,7 +29,7 @@ from mobilegs.progress_display import Advance
 from mobilegs.render.scene import Scene
 from mobilegs.scene_file import open_scene, size_of, write_gaussians
 
-KINDS: dict[str, Kind] = {f".{kind}": kind for kind in WRITTEN}
+WRITTEN_SUFFIXES: dict[str, Kind] = {f".{kind}": kind for kind in WRITTEN}
 log = logging.getLogger(__name__)
 
 
@@ -105,40 +105,30 @@ def edit_file(
     *,
     cameras: Sequence[Camera] = (),
     camera_source: str = "",
-    counts: CameraCounts | None = None,
     progress: Advance | None = None,
 ) -> EditReport:
     """Write an edited copy of a scene file to a new file, atomically.
 
     A `.mgs` becomes a `.mgs`; a plain 3DGS scene becomes the format that the output's suffix names.
-
-    Args:
-        scene: a .mgs, .ply, .spz, .sog, .splat or .glb.
-        output: the file to write, which must not exist.
-        edit: what to remove and which notes to set.
-        cameras: cameras that are counted; those of the file if there are none.
-        camera_source: what `cameras` are, in words, for the report.
-        counts: what the cameras saw, if it is already known.
-        progress: called with the cameras that are counted and their number.
-
-    Raises:
-        InputError: the output exists or is the scene, no Gaussian would stay, the file cannot be
-            read, has no cameras to count, or cannot hold the notes.
+    `cameras` are counted, or those of the file if there are none; `camera_source` says what they
+    are. `progress` is called with the cameras that are counted and their number. Raises InputError
+    if the output exists, no Gaussian would stay, or the scene cannot be read, has no cameras to
+    count, or cannot hold the notes.
     """
     validate_output(scene, output)
     if scene.suffix.lower() == ".mgs":
-        return _edit_mgs(scene, output, edit, cameras, camera_source, counts, progress)
+        return _edit_mgs(scene, output, edit, cameras, camera_source, progress)
     if edit.notes:
         raise InputError(
             f"{scene} is not a .mgs and holds no notes ({', '.join(edit.notes)}): make a .mgs of "
             "it first (`mobilegs compress`)"
         )
     opened = open_scene(scene)
-    keep, removed = _kept(opened, edit, list(cameras), camera_source, counts, progress, scene)
+    keep, removed = _kept(opened, edit, list(cameras), camera_source, progress, scene)
     write_gaussians(
         output,
         opened.gaussians.select(keep),
-        KINDS[output.suffix.lower()],
+        WRITTEN_SUFFIXES[output.suffix.lower()],
         footprint=opened.footprint,
         up=opened.up,
     )
@@ -155,8 +145,10 @@ def validate_output(scene: Path, output: Path) -> None:
     suffix = output.suffix.lower()
     if scene.suffix.lower() == ".mgs" and suffix != ".mgs":
         raise InputError(f"{output} does not end in .mgs: give the file such a name")
-    if scene.suffix.lower() != ".mgs" and suffix not in KINDS:
-        raise InputError(f"{output} does not end in {', '.join(KINDS)}: give the file such a name")
+    if scene.suffix.lower() != ".mgs" and suffix not in WRITTEN_SUFFIXES:
+        raise InputError(
+            f"{output} does not end in {', '.join(WRITTEN_SUFFIXES)}: give the file such a name"
+        )
 
 
 def free_name(scene: Path) -> Path:
@@ -165,14 +157,8 @@ def free_name(scene: Path) -> Path:
     A .splat and an unpacked .sog, which are only read, become a .ply.
     """
     suffix = scene.suffix.lower()
-    suffix = suffix if suffix == ".mgs" or suffix in KINDS else ".ply"
-    number = 1
-    while True:
-        ending = "-edited" if number == 1 else f"-edited-{number}"
-        path = scene.with_name(f"{scene.stem}{ending}{suffix}")
-        if not path.exists():
-            return path
-        number += 1
+    suffix = suffix if suffix == ".mgs" or suffix in WRITTEN_SUFFIXES else ".ply"
+    return free_path(scene.with_name(f"{scene.stem}-edited{suffix}"))
 
 
 def kept_rows(scene: QuantizedScene, keep: Bool[Tensor, "n"]) -> QuantizedScene:
@@ -208,7 +194,6 @@ def _edit_mgs(
     edit: SceneEdit,
     cameras: Sequence[Camera],
     camera_source: str,
-    counts: CameraCounts | None,
     progress: Advance | None,
 ) -> EditReport:
     data = read_if(path, (MAGIC,))
@@ -223,7 +208,7 @@ def _edit_mgs(
         opened = coded.decode()
         used = list(cameras) or coded.views
         source = camera_source if cameras else f"the {len(used)} cameras that the file stores"
-        keep, removed = _kept(opened, edit, used, source, counts, progress, path)
+        keep, removed = _kept(opened, edit, used, source, progress, path)
         if not keep.all():
             edited = encode_mgs(kept_rows(coded, keep))
     if edit.notes:
@@ -239,7 +224,6 @@ def _kept(
     edit: SceneEdit,
     cameras: list[Camera],
     camera_source: str,
-    counts: CameraCounts | None,
     progress: Advance | None,
     path: Path,
 ) -> tuple[Bool[Tensor, "n"], dict[str, int]]:
@@ -251,12 +235,11 @@ def _kept(
     if edit.rows is not None:
         reasons.append(("selected", _mask_of(edit.rows, len(gaussians))))
     if edit.counts:
-        if counts is None:
-            if not cameras:
-                raise InputError(
-                    f"{path} has no cameras to count: give --capture CAPTURE, photos with poses"
-                )
-            counts = count_cameras(scene, cameras, progress=progress)
+        if not cameras:
+            raise InputError(
+                f"{path} has no cameras to count: give --capture CAPTURE, photos with poses"
+            )
+        counts = count_cameras(scene, cameras, progress=progress)
         if edit.min_cameras > counts.cameras:
             raise InputError(
                 f"{edit.min_cameras} cameras cannot have seen a Gaussian: there are only "

@@ -14,9 +14,9 @@ from mobilegs.gaussians import Gaussians
 from mobilegs.spherical_harmonics import C0
 
 SIZE_MIN = 1e-4  # of the extent of nine in ten Gaussians
-MOVED = 1.0  # sizes
-RESIZED, RECOLORED = 0.25, 0.25  # sizes, and parts of the range from black to white
-LOST = 0.5  # sizes by which a Gaussian that is lost has grown or shrunk
+MOVED_FROM = 1.0  # of the size: distance from which a Gaussian is moved
+RESIZED_FROM, RECOLORED_FROM = 0.25, 0.25  # of the size, of the range from black to white
+LOST_FROM = 0.5  # of the size: change of it from which a Gaussian is lost
 
 
 @dataclass(frozen=True)
@@ -44,23 +44,23 @@ class Fidelity:
             "sizes of {:,} change by more than a quarter": self.resized,
             "colours of {:,} change by more than a quarter of the range": self.recolored,
         }
-        found = ", ".join(words.format(number) for words, number in parts.items() if number)
-        return f"{found}, out of {self.count:,} Gaussians" if found else ""
+        changes = ", ".join(words.format(number) for words, number in parts.items() if number)
+        return f"{changes}, out of {self.count:,} Gaussians" if changes else ""
 
 
 def measure_fidelity(before: Gaussians, after: Gaussians) -> Fidelity:
     """Compare a scene, on the CPU, with what is read back, in the same order."""
     scales = before.log_scales.double().exp()
     size = scales.amax(1).clamp_min(SIZE_MIN * _extent(before.means))
-    moved = (after.means.double() - before.means.double()).norm(dim=1) > MOVED * size
+    moved = (after.means.double() - before.means.double()).norm(dim=1) > MOVED_FROM * size
     resized = (after.log_scales.double().exp() - scales).abs().amax(1) / size
     change = (after.sh - before.sh).double().square().sum(1).amax(1).sqrt() * C0
     return Fidelity(
         len(before),
         _number(moved),
-        _number(resized > RESIZED),
-        _number(change > RECOLORED),
-        _number(moved | (resized > LOST)),
+        _number(resized > RESIZED_FROM),
+        _number(change > RECOLORED_FROM),
+        _number(moved | (resized > LOST_FROM)),
     )
 
 

@@ -58,10 +58,8 @@ def write_glb(path: Path | str, gaussians: Gaussians, *, note: str = "") -> None
 
     `COLOR_0` holds the view-independent colours, in linear RGB as glTF requires, for viewers that
     show points but not splats. `note` goes into the asset's extras. Gaussians that are not finite
-    are left out, and counted in a logged warning.
-
-    Raises:
-        InputError: no Gaussian is left, which glTF does not allow, or the file would be too large.
+    are left out, and counted in a logged warning. Raises InputError if no Gaussian is left, which
+    glTF does not allow, or the file would be too large.
     """
     gaussians = gaussians.detached().to("cpu", torch.float32).finite(path)
     if not len(gaussians):
@@ -149,19 +147,13 @@ def _attributes(gaussians: Gaussians) -> dict[str, np.ndarray]:
 def read_glb(path: Path | str) -> Gaussians:
     """Read the splats of a `.glb` as float32 on the CPU.
 
-    The sets of splats in all nodes of the file's scene become one, each transformed by its nodes.
-    A node that stretches splats unevenly, sets that are in no node, and Gaussians that are not
-    finite, which are left out, are named in logged warnings.
-
-    Raises:
-        InputError: the file is missing, not a `.glb`, damaged or cut off, has no splats, or uses
-            compression.
+    The sets of splats in all nodes of the file's scene become one, each transformed by its nodes. A
+    node that stretches splats unevenly, sets that are in no node, and Gaussians that are not
+    finite, which are left out, are named in logged warnings. Raises InputError if the file is
+    missing, not a `.glb`, damaged or cut off, has no splats, or uses compression.
     """
     path = Path(path)
-    try:
-        data = read_if(path, (MAGIC,))
-    except OSError as error:
-        raise InputError(f"cannot read {path}: {error.strerror or error}") from None
+    data = read_if(path, (MAGIC,))
     content, body = _chunks(data, path)
     sets, count = [], 0
     try:
@@ -214,14 +206,14 @@ def _placed_splats(content: dict[str, Any], path: Path) -> list[tuple[dict[str, 
     meshes = [_splats(mesh["primitives"], path) for mesh in content.get("meshes", [])]
     if not any(meshes):
         raise InputError(f"{path} has no splats")
-    found, used, uneven = [], set(), []
+    placed, used, uneven = [], set(), []
     nodes = content.get("nodes") or [{"mesh": number} for number in range(len(meshes))]
     for number, matrix in _matrices(nodes, content, path).items():
         node = nodes[number]
         if "mesh" not in node or not (mesh := meshes[_natural(node["mesh"])]):
             continue
         used.add(node["mesh"])
-        found += [(primitive, matrix) for primitive in mesh]
+        placed += [(primitive, matrix) for primitive in mesh]
         if not is_even(matrix[:3, :3]) and any(SH_ATTRIBUTES[1] in p["attributes"] for p in mesh):
             uneven.append(number)
     if uneven:
@@ -232,28 +224,28 @@ def _placed_splats(content: dict[str, Any], path: Path) -> list[tuple[dict[str, 
             ", ".join(map(str, uneven[:NAMED_MAX])) + (", ..." if uneven[NAMED_MAX:] else ""),
         )
     if any(
-        _about(primitive).get("colorSpace", COLOR_SPACE) != COLOR_SPACE for primitive, _ in found
+        _about(primitive).get("colorSpace", COLOR_SPACE) != COLOR_SPACE for primitive, _ in placed
     ):
         log.warning("%s does not have sRGB colours; they are drawn as sRGB", path)
     unused = sum(len(mesh) for number, mesh in enumerate(meshes) if number not in used)
-    if not found:
+    if not placed:
         raise InputError(f"{path} has splats, but no node of its scene holds them")
     if unused:
         log.warning("%s: left out sets of splats that no node of the scene holds: %d", path, unused)
-    return found
+    return placed
 
 
 def _splats(primitives: list[dict[str, Any]], path: Path) -> list[dict[str, Any]]:
     """Return the primitives of a mesh that have splats. Raises InputError for unknown kinds."""
-    found = [primitive for primitive in primitives if EXTENSION in primitive.get("extensions", {})]
-    for about in map(_about, found):
+    splats = [primitive for primitive in primitives if EXTENSION in primitive.get("extensions", {})]
+    for about in map(_about, splats):
         if about.get("extensions"):
             raise InputError(
                 f"{path} has compressed splats, which are not supported: decompress it first"
             )
         if about.get("kernel", "ellipse") != "ellipse":
             raise InputError(f"{path} has splats that are not Gaussians, which are not supported")
-    return found
+    return splats
 
 
 def _about(primitive: dict[str, Any]) -> dict[str, Any]:
@@ -273,11 +265,11 @@ def _matrices(
     else:
         below = {child for node in nodes for child in node.get("children", [])}
         roots = [number for number in range(len(nodes)) if number not in below]
-    found: dict[int, Matrix] = {}
+    matrices: dict[int, Matrix] = {}
     stack = [(root, np.eye(4)) for root in reversed(roots)]
     while stack:
         number, above = stack.pop()
-        if number in found:
+        if number in matrices:
             raise InputError(
                 f"{path} is damaged: node {number} has two parents, or is below itself"
             )
@@ -286,9 +278,9 @@ def _matrices(
             matrix = above @ _own_matrix(node)
         if not np.isfinite(matrix).all() or not np.array_equal(matrix[3], [0, 0, 0, 1]):
             raise InputError(f"{path} is damaged: the transform of node {number} is not valid")
-        found[number] = matrix
+        matrices[number] = matrix
         stack += [(child, matrix) for child in reversed(node.get("children", []))]
-    return found
+    return matrices
 
 
 def _own_matrix(node: dict[str, Any]) -> Matrix:
@@ -350,10 +342,10 @@ def _accessor(content: dict[str, Any], body: memoryview, index: int, shape: str)
         raise ValueError
     if count and offset + stride * (count - 1) + width * kind.itemsize > length:
         raise ValueError
-    found = np.ndarray((count, width), kind, body, begin + offset, (stride, kind.itemsize))
+    values = np.ndarray((count, width), kind, body, begin + offset, (stride, kind.itemsize))
     if kind.kind == "f" or accessor.get("normalized") is not True:
-        return found
-    return np.maximum(found / np.float32(np.iinfo(kind).max), -1)
+        return values
+    return np.maximum(values / np.float32(np.iinfo(kind).max), -1)
 
 
 def _natural(value: Any) -> int:
@@ -382,11 +374,11 @@ def _gaussians(arrays: list[np.ndarray], matrix: Matrix, path: Path) -> Gaussian
         for k, values in enumerate(sh_arrays):
             sh[:, k] = values * SH_SIGNS[k]
     parts = [means.astype(np.float32, copy=False), quats, log_scales, logits, sh]
-    found = Gaussians(*(torch.from_numpy(part) for part in parts))
+    gaussians = Gaussians(*(torch.from_numpy(part) for part in parts))
     if np.array_equal(matrix, np.eye(4)):
-        return found
+        return gaussians
     linear = AXIS_SIGNS[:, None] * matrix[:3, :3] * AXIS_SIGNS
-    return transformed(found.finite(path), linear, AXIS_SIGNS * matrix[:3, 3])
+    return transformed(gaussians.finite(path), linear, AXIS_SIGNS * matrix[:3, 3])
 
 
 def _merged(sets: list[Gaussians]) -> Gaussians:

@@ -19,12 +19,10 @@ from mobilegs.atomic import atomic_path
 from mobilegs.data.ply_table import (
     Element,
     Header,
-    check_size,
     cut_off,
     find_vertex,
-    read_binary,
     read_header,
-    read_text,
+    vertex_rows,
 )
 from mobilegs.errors import InputError
 from mobilegs.formats.ply_compressed import SH_DEGREES, Table, read_compressed
@@ -48,14 +46,9 @@ VERTICAL_AXES: dict[str, Axis] = {"x": "x", "y": "-y", "z": "z"}
 LOGIT_MAX, LOG_SCALE_MIN = 13.8, -69.0  # logit of 1 - 1e-6, logarithm of 1e-30
 
 
-def read_ply_scene(path: Path | str) -> tuple[Gaussians, Footprint]:
-    """Read a PLY as `read_ply` does, and how its Gaussians cover pixels.
-
-    `SplatRenderMode: mip` and Postshot's `antialiased 1` are antialiased, with the blur of a
-    comment `mobilegs blur`, or 0.3. Raises InputError as `read_ply`.
-    """
-    mode, blur = coverage(read_header(Path(path))[0], Path(path))
-    return read_ply(path), Footprint(blur, antialiased=mode == "mip")
+def read_ply(path: Path | str) -> Gaussians:
+    """Read the Gaussians of a PLY; see `read_ply_scene`."""
+    return read_ply_scene(path)[0]
 
 
 def read_ply_up(path: Path | str) -> Vector | None:
@@ -69,15 +62,15 @@ def upward(header: Header) -> Vector | None:
     nerfstudio writes `Vertical Axis: z`, and `write_ply` a direction: `mobilegs up X Y Z`. Brush
     writes `Vertical axis: y` for scenes of COLMAP, whose up is -y. Other words name none.
     """
-    found = None
+    up = None
     for words in header.comments:
         match [word.lower() for word in words]:
             case ["vertical", "axis:", name] if name in VERTICAL_AXES:
-                found = AXES[VERTICAL_AXES[name]]
+                up = AXES[VERTICAL_AXES[name]]
             case ["mobilegs", "up", *numbers]:
                 given = parsed_up(" ".join(numbers))
-                found = found if given is None else given
-    return found
+                up = up if given is None else given
+    return up
 
 
 def coverage(header: Header, path: Path) -> tuple[str, float]:
@@ -99,8 +92,8 @@ def coverage(header: Header, path: Path) -> tuple[str, float]:
     return mode, float(blur)
 
 
-def read_ply(path: Path | str) -> Gaussians:
-    """Read a 3DGS scene as float32 on the CPU.
+def read_ply_scene(path: Path | str) -> tuple[Gaussians, Footprint]:
+    """Read a 3DGS scene as float32 on the CPU, and how its Gaussians cover pixels.
 
     The file may be text, little- or big-endian, with properties in any order, or in PlayCanvas's
     compressed layout. Gaussians with two scales, those of 2DGS, become flat ones with a thousandth
@@ -109,33 +102,31 @@ def read_ply(path: Path | str) -> Gaussians:
     scales of 0, become large finite ones. Rows with other values that are not finite are left out,
     and counted in a logged warning.
 
-    Raises:
-        InputError: the file is missing, not a PLY, cut off, or lacks a property of 3DGS.
+    `SplatRenderMode: mip` and Postshot's `antialiased 1` are antialiased, with the blur of a
+    comment `mobilegs blur`, or 0.3. Raises InputError if the file is missing, not a PLY, cut off,
+    or lacks a property of 3DGS.
     """
     path = Path(path)
     header, size = read_header(path)
-    mode, _ = coverage(header, path)
+    mode, blur = coverage(header, path)
+    footprint = Footprint(blur, antialiased=mode == "mip")
     if mode not in RENDER_MODES:
         log.warning(
             "%s was made for the render mode %r; drawn as plain 3DGS it may look different",
             path,
             mode,
         )
-    vertex, before = find_vertex(header, path)
+    vertex, _ = find_vertex(header, path)
     if "packed_position" in vertex.columns:
         with path.open("rb") as file:
-            return read_compressed(file, tables_of(header, vertex, size, path), path)
+            tables = tables_of(header, vertex, size, path)
+            return read_compressed(file, tables, path), footprint
     rest = check_properties(vertex, path)
-    start = check_size(header, vertex, before, size, path)
     flat = FLAT_AXIS not in vertex.columns
     names = [FLAT_FROM if name == FLAT_AXIS and flat else name for name in (*COLUMNS, *rest)]
-    with path.open("rb") as file:
-        file.seek(start)
-        if header.ascii:
-            blocks = read_text(file, vertex, sum(e.count for e in before), names, path)
-        else:
-            blocks = read_binary(file, vertex, header.order, names)
-        return gaussians_from_rows(flattened(blocks) if flat else blocks, vertex.count, rest, path)
+    blocks = vertex_rows(header, size, names, path)
+    blocks = flattened(blocks) if flat else blocks
+    return gaussians_from_rows(blocks, vertex.count, rest, path), footprint
 
 
 def check_properties(vertex: Element, path: Path) -> list[str]:

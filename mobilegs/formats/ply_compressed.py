@@ -13,21 +13,19 @@ from pathlib import Path
 from typing import BinaryIO
 
 import numpy as np
-import torch
 
 from mobilegs.errors import InputError
 from mobilegs.gaussians import Gaussians
+from mobilegs.packed_gaussians import gaussians_in_blocks, logits_of, quats_of_smallest_three
 from mobilegs.spherical_harmonics import C0
 
-CHUNK = 256  # Gaussians
-BLOCK = 128 * CHUNK  # Gaussians that are decoded at a time
+CHUNK = 256  # Gaussians; blocks of rows are multiples of it
 BOUNDS = [f"{end}_{axis}" for end in ("min", "max") for axis in "xyz"]
 SCALES = [f"{end}_scale_{axis}" for end in ("min", "max") for axis in "xyz"]
 COLORS = [f"{end}_{channel}" for end in ("min", "max") for channel in "rgb"]  # optional
 PACKED = ["packed_position", "packed_rotation", "packed_scale", "packed_color"]
 SH_DEGREES = {0: 0, 9: 1, 24: 2, 45: 3}  # number of f_rest properties -> degree
 SH_RANGE = 8.0  # of the values of a byte
-OPACITY_MIN = 1e-6  # opacities 0 and 1 have no logit: clip to this and 1 - this
 
 
 @dataclass(frozen=True)
@@ -48,29 +46,24 @@ def read_compressed(file: BinaryIO, tables: dict[str, Table], path: Path) -> Gau
     """Read the Gaussians of a compressed `.ply` as float32 on the CPU.
 
     `tables` has the elements by name, all of them within the file; `path` is used in messages.
-    Gaussians that are not finite are left out, and counted in a logged warning.
-
-    Raises:
-        InputError: an element or property is missing, or there are too few chunks.
+    Gaussians that are not finite are left out, and counted in a logged warning. Raises InputError
+    if an element or property is missing, or there are too few chunks.
     """
     vertex, chunk = tables["vertex"], tables.get("chunk")
     rest = _validate(vertex, chunk, tables.get("sh"), path)
     assert chunk is not None
-    count = vertex.count
-    shapes = [(count, 3), (count, 4), (count, 3), (count,), (count, len(rest) // 3 + 1, 3)]
-    found = [np.empty(shape, np.float32) for shape in shapes]
-    for first in range(0, count, BLOCK):
-        rows = vertex.rows(file, first, BLOCK)
-        chunks = chunk.rows(file, first // CHUNK, -(-len(rows) // CHUNK))
-        block = slice(first, first + len(rows))
-        with np.errstate(all="ignore"):  # `finite` drops such rows
-            decoded = _decoded(rows, np.repeat(chunks, CHUNK)[: len(rows)])
-            for whole, values in zip(found[:4], decoded, strict=False):
-                whole[block] = values
-            found[4][block, 0] = decoded[4]
+
+    def decode(rows: slice) -> tuple[np.ndarray, ...]:
+        first, length = rows.start, rows.stop - rows.start
+        chunks = chunk.rows(file, first // CHUNK, -(-length // CHUNK))
+        bounds = np.repeat(chunks, CHUNK)[:length]
+        *others, base = _decoded(vertex.rows(file, first, length), bounds)
+        sh = base[:, None]
         if rest:
-            found[4][block, 1:] = _higher_sh(tables["sh"].rows(file, first, len(rows)), rest)
-    return Gaussians(*(torch.from_numpy(whole) for whole in found)).finite(path)
+            sh = np.concatenate([sh, _higher_sh(tables["sh"].rows(file, first, length), rest)], 1)
+        return *others, sh
+
+    return gaussians_in_blocks(vertex.count, len(rest) // 3 + 1, decode).finite(path)
 
 
 def _validate(vertex: Table, chunk: Table | None, sh: Table | None, path: Path) -> list[str]:
@@ -103,12 +96,11 @@ def _decoded(rows: np.ndarray, bounds: np.ndarray) -> tuple[np.ndarray, ...]:
     means = _within(_fields(rows["packed_position"], (11, 10, 11)), bounds, BOUNDS)
     scales = _within(_fields(rows["packed_scale"], (11, 10, 11)), bounds, SCALES)
     colors = _fields(rows["packed_color"], (8, 8, 8, 8))
-    opacity = np.clip(colors[:, 3], OPACITY_MIN, 1 - OPACITY_MIN)
     rgb = colors[:, :3]
     if COLORS[0] in (bounds.dtype.names or ()):
         rgb = _within(rgb, bounds, COLORS)
     quats = _quaternions(rows["packed_rotation"])
-    return means, quats, scales, np.log(opacity / (1 - opacity)), (rgb - 0.5) / C0
+    return means, quats, scales, logits_of(colors[:, 3]), (rgb - 0.5) / C0
 
 
 def _fields(words: np.ndarray, bits: tuple[int, ...]) -> np.ndarray:
@@ -130,13 +122,7 @@ def _within(shares: np.ndarray, bounds: np.ndarray, names: list[str]) -> np.ndar
 def _quaternions(words: np.ndarray) -> np.ndarray:
     """Decode rotations wxyz: two bits give the largest component, the other three follow."""
     small = (_fields(words & (1 << 30) - 1, (10, 10, 10)) - 0.5) * math.sqrt(2)
-    largest = (words >> 30).astype(np.int64)
-    found = np.empty((len(words), 4))
-    found[:, 0] = np.sqrt(np.clip(1 - (small**2).sum(1), 0, None))
-    found[:, 1:] = small
-    # move the largest component from column 0 to its own column
-    order = np.array([[0, 1, 2, 3], [1, 0, 2, 3], [1, 2, 0, 3], [1, 2, 3, 0]])
-    return np.take_along_axis(found, order[largest], axis=1)
+    return quats_of_smallest_three(small, (words >> 30).astype(np.int64))
 
 
 def _higher_sh(rows: np.ndarray, names: list[str]) -> np.ndarray:

@@ -20,17 +20,18 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import IO, Any
 
 import numpy as np
 import torch
 from PIL import Image
 
 from mobilegs import __version__
-from mobilegs.atomic import atomic_path, file_size
+from mobilegs.atomic import atomic_path, file_size, reading
 from mobilegs.errors import InputError
 from mobilegs.formats.sog_palette import codebook, palette
 from mobilegs.gaussians import Gaussians
+from mobilegs.packed_gaussians import BLOCK, SMALL_MAX, logits_of, quats_of_smallest_three
 from mobilegs.render.project import BLUR, CLASSIC, Footprint
 
 log = logging.getLogger(__name__)
@@ -43,8 +44,6 @@ INDEX_MAX = 1 << 16  # bytes of a zip's list of files; parsed, it needs many tim
 SH_COEFFICIENTS = (0, 3, 8, 15)  # per channel above degree 0, by degree
 PALETTE_MAX = 1 << 16
 PALETTE_COLUMNS = 64  # palette entries per row of its image
-OPACITY_MIN = 1e-6  # opacities 0 and 1 have no logit: clip to this and 1 - this
-BLOCK = 1 << 15  # Gaussians that are decoded at a time
 MORTON_BITS = 10  # per axis
 
 # the errors of `zipfile` for damaged, encrypted or unsupported archives
@@ -83,20 +82,16 @@ def read_sog_scene(path: Path | str) -> tuple[Gaussians, Footprint]:
     The second result says how the Gaussians cover pixels: the field `model` of newer files. That
     of 2D Gaussians (`2dgs`) is drawn as plain 3DGS, with a logged warning.
 
-    Gaussians that are not finite are left out, and counted in a logged warning.
-
-    Raises:
-        InputError: a file is missing, not a `.sog` of version 1 or 2, damaged or cut off.
+    Gaussians that are not finite are left out, and counted in a logged warning. Raises InputError
+    if a file is missing, not a `.sog` of version 1 or 2, damaged or cut off.
     """
     path = Path(path)
     try:
-        with _opened(path) as (read_file, size):
+        with reading(path), _opened(path) as (read_file, size):
             meta = _read_meta(read_file, path)
             return _read(meta, read_file, size, path).finite(path), _footprint(meta, path)
     except InputError:
         raise
-    except OSError as error:
-        raise InputError(f"cannot read {path}: {error.strerror or error}") from None
     except (KeyError, IndexError, TypeError, ValueError, AttributeError, OverflowError):
         raise InputError(f"{path} is damaged: its parts are not consistent") from None
 
@@ -135,10 +130,7 @@ def _from_zip(archive: zipfile.ZipFile, path: Path) -> ReadFile:
         if archive.getinfo(name).compress_type not in (zipfile.ZIP_STORED, zipfile.ZIP_DEFLATED):
             raise NotImplementedError  # other methods ignore the limit of read()
         with archive.open(name) as file:
-            content = file.read(size_max + 1)
-        if len(content) > size_max:
-            raise InputError(f"{path} is damaged: its {name} is too large")
-        return content
+            return _content(file, size_max, f"{path}: {name}")
 
     return read_file
 
@@ -147,12 +139,16 @@ def _from_folder(folder: Path) -> ReadFile:
     def read_file(name: str, size_max: int) -> bytes:
         file_size(folder / name)
         with (folder / name).open("rb") as file:
-            content = file.read(size_max + 1)
-        if len(content) > size_max:
-            raise InputError(f"{folder / name} is too large")
-        return content
+            return _content(file, size_max, str(folder / name))
 
     return read_file
+
+
+def _content(file: IO[bytes], size_max: int, name: str) -> bytes:
+    content = file.read(size_max + 1)
+    if len(content) > size_max:
+        raise InputError(f"{name} is too large: the scene is damaged")
+    return content
 
 
 def _read_meta(read_file: ReadFile, path: Path) -> dict[str, Any]:
@@ -237,8 +233,7 @@ def _tables(meta: dict[str, Any], version: int) -> Tables:
         for book in books:
             if np.isnan(book[0]):  # null in files of 2025; PlayCanvas extrapolates it like this
                 book[0] = book[1] + (book[1] - book[255]) / 255
-        opacity = np.clip(byte / 255, OPACITY_MIN, 1 - OPACITY_MIN)
-        logits = np.log(opacity / (1 - opacity))
+        logits = logits_of(byte / 255)
         scales, colors = (np.repeat(book[:, None], 3, axis=1) for book in books[:2])
         higher_sh = books[2] if rest else np.zeros(256, np.float32)
         return Tables(bounds, scales, colors, logits.astype(np.float32), higher_sh)
@@ -269,40 +264,38 @@ def _decode_webp(data: bytes, pixels_min: int, pixels_max: int, name: str) -> np
         raise InputError(f"{name} has {width} x {height} pixels for {pixels_min} values")
     try:
         with Image.open(io.BytesIO(data), formats=["WEBP"]) as image:
-            found = np.asarray(image.convert("RGBA"))
+            pixels = np.asarray(image.convert("RGBA"))
     except (OSError, ValueError, SyntaxError, EOFError, RuntimeError):
         raise InputError(f"{name} is damaged: the image cannot be decoded") from None
-    if found.shape != (height, width, 4):
+    if pixels.shape != (height, width, 4):
         raise InputError(f"{name} is damaged: the image has another size than its header says")
-    return found
+    return pixels
 
 
 def _means(low: np.ndarray, high: np.ndarray, tables: Tables) -> np.ndarray:
-    found = np.empty((len(low), 3), np.float32)
+    means = np.empty((len(low), 3), np.float32)
     span = tables.bounds[1] - tables.bounds[0]
     for first in range(0, len(low), BLOCK):
         rows = slice(first, first + BLOCK)
         with np.errstate(all="ignore"):  # `finite` drops bad rows
             share = (low[rows, :3] + high[rows, :3] * 256.0) / 65535
             signed = tables.bounds[0] + span * share
-            found[rows] = np.sign(signed) * np.expm1(np.abs(signed))
-    return found
+            means[rows] = np.sign(signed) * np.expm1(np.abs(signed))
+    return means
 
 
 def _quaternions(rows: np.ndarray) -> np.ndarray:
     """Decode rotations wxyz: the fourth byte, 252 to 255, gives the largest component."""
-    found = np.empty((len(rows), 4), np.float32)
-    order = np.array([[0, 1, 2, 3], [1, 0, 2, 3], [1, 2, 0, 3], [1, 2, 3, 0]])
+    quats = np.empty((len(rows), 4), np.float32)
     for first in range(0, len(rows), BLOCK):
         block = rows[first : first + BLOCK]
-        parts = np.empty((len(block), 4))
-        parts[:, 1:] = (block[:, :3] / 127.5 - 1) * math.sqrt(0.5)
-        parts[:, 0] = np.sqrt(np.clip(1 - (parts[:, 1:] ** 2).sum(1), 0, None))
+        small = (block[:, :3] / 127.5 - 1) * SMALL_MAX
         valid = block[:, 3] >= 252
-        parts[~valid] = [1, 0, 0, 0]  # no rotation, as in other tools
         largest = np.where(valid, block[:, 3], 252) - 252
-        found[first : first + BLOCK] = np.take_along_axis(parts, order[largest], axis=1)
-    return found
+        decoded = quats_of_smallest_three(small, largest)
+        decoded[~valid] = [1, 0, 0, 0]  # no rotation, as in other tools
+        quats[first : first + BLOCK] = decoded
+    return quats
 
 
 def _look_up(table: np.ndarray, rows: np.ndarray) -> np.ndarray:
@@ -400,11 +393,11 @@ def _encode_webp(pixels: np.ndarray) -> bytes:
 
 def _pack_quaternions(quats: torch.Tensor) -> np.ndarray:
     """Encode rotations as bytes `[n, 4]`, which `_quaternions` decodes."""
-    found = torch.nn.functional.normalize(quats.double(), dim=1)
-    largest = found.abs().argmax(1, keepdim=True)
-    found = found * torch.where(found.gather(1, largest) < 0, -1, 1)
+    unit_quats = torch.nn.functional.normalize(quats.double(), dim=1)
+    largest = unit_quats.abs().argmax(1, keepdim=True)
+    unit_quats = unit_quats * torch.where(unit_quats.gather(1, largest) < 0, -1, 1)
     others = torch.tensor([[1, 2, 3], [0, 2, 3], [0, 1, 3], [0, 1, 2]])[largest[:, 0]]
-    small = ((found.gather(1, others) * math.sqrt(2) + 1) * 127.5).round().clamp(0, 255)
+    small = ((unit_quats.gather(1, others) * math.sqrt(2) + 1) * 127.5).round().clamp(0, 255)
     return torch.cat([small, 252 + largest], dim=1).to(torch.uint8).numpy()
 
 

@@ -49,10 +49,10 @@ def palette(rows: Float[Tensor, "n d"], size: int) -> tuple[Float[Tensor, "k d"]
         share = size * first // count - place
         if number == 0:
             continue
-        found = _lloyd(rows[inside], min(number, max(1, share)))
-        labels[inside] = place + _nearest(rows[inside], found)
-        centers.append(found)
-        place += len(found)
+        entries = _lloyd(rows[inside], min(number, max(1, share)))
+        labels[inside] = place + _nearest(rows[inside], entries)
+        centers.append(entries)
+        place += len(entries)
     return torch.cat(centers), labels
 
 

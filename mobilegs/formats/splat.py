@@ -8,45 +8,34 @@ Source: https://github.com/antimatter15/splat.
 from pathlib import Path
 
 import numpy as np
-import torch
 
-from mobilegs.atomic import file_size
+from mobilegs.atomic import file_size, reading
 from mobilegs.errors import InputError
 from mobilegs.gaussians import Gaussians
+from mobilegs.packed_gaussians import gaussians_in_blocks, logits_of
 from mobilegs.spherical_harmonics import C0
 
 ROW = np.dtype([("mean", "<f4", 3), ("scale", "<f4", 3), ("color", "u1", 4), ("rotation", "u1", 4)])
-BLOCK = 1 << 15  # rows that are decoded at a time
 SCALE_MIN = np.float32(1e-30)  # a scale of 0 has no logarithm
-OPACITY_MIN = 1e-6  # opacities 0 and 1 have no logit: clip to this and 1 - this
 
 
 def read_splat(path: Path | str) -> Gaussians:
     """Read a `.splat` scene, SH degree 0, as float32 on the CPU.
 
-    Gaussians that are not finite are left out, and counted in a logged warning.
-
-    Raises:
-        InputError: the file is missing or empty, or its size is not a multiple of 32 bytes.
+    Gaussians that are not finite are left out, and counted in a logged warning. Raises InputError
+    if the file is missing or empty, or its size is not a multiple of 32 bytes.
     """
     path = Path(path)
-    try:
-        size = file_size(path)
-        count, rest = divmod(size, ROW.itemsize)
-        if not size:
-            raise InputError(f"{path} is empty")
-        if rest:
-            raise InputError(f"{path} is not a .splat, or cut off: {size} bytes are not rows of 32")
-        shapes = [(count, 3), (count, 4), (count, 3), (count,), (count, 1, 3)]
-        found = [np.empty(shape, np.float32) for shape in shapes]
-        with path.open("rb") as file:
-            for first in range(0, count, BLOCK):
-                rows = np.fromfile(file, ROW, min(BLOCK, count - first))
-                for whole, values in zip(found, _decoded(rows), strict=True):
-                    whole[first : first + len(rows)] = values
-    except OSError as error:
-        raise InputError(f"cannot read {path}: {error.strerror or error}") from None
-    return Gaussians(*(torch.from_numpy(whole) for whole in found)).finite(path)
+    size = file_size(path)
+    count, rest = divmod(size, ROW.itemsize)
+    if not size:
+        raise InputError(f"{path} is empty")
+    if rest:
+        raise InputError(f"{path} is not a .splat, or cut off: {size} bytes are not rows of 32")
+    with reading(path), path.open("rb") as file:
+        return gaussians_in_blocks(
+            count, 1, lambda rows: _decoded(np.fromfile(file, ROW, rows.stop - rows.start))
+        ).finite(path)
 
 
 def _decoded(rows: np.ndarray) -> tuple[np.ndarray, ...]:
@@ -55,8 +44,5 @@ def _decoded(rows: np.ndarray) -> tuple[np.ndarray, ...]:
     length = np.linalg.norm(quats, axis=1, keepdims=True)
     quats = np.where(length > 0, quats / np.maximum(length, 1e-9), [1.0, 0, 0, 0])
     colors = rows["color"] / 255
-    opacity = np.clip(colors[:, 3], OPACITY_MIN, 1 - OPACITY_MIN)
-    logits = np.log(opacity / (1 - opacity))
-    with np.errstate(invalid="ignore"):  # `finite` drops such rows
-        scales = np.log(np.maximum(rows["scale"], SCALE_MIN))
-    return rows["mean"], quats, scales, logits, (colors[:, None, :3] - 0.5) / C0
+    scales = np.log(np.maximum(rows["scale"], SCALE_MIN))
+    return rows["mean"], quats, scales, logits_of(colors[:, 3]), (colors[:, None, :3] - 0.5) / C0

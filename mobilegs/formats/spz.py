@@ -23,6 +23,12 @@ import torch
 from mobilegs.atomic import atomic_path, read_if
 from mobilegs.errors import InputError
 from mobilegs.gaussians import Gaussians
+from mobilegs.packed_gaussians import (
+    SMALL_MAX,
+    gaussians_in_blocks,
+    logits_of,
+    quats_of_smallest_three,
+)
 from mobilegs.render.project import BLUR, CLASSIC, Footprint
 
 log = logging.getLogger(__name__)
@@ -40,10 +46,9 @@ WINDOW_MAX = 1 << 27  # bytes of a Zstandard window
 FRACTION_BITS, FRACTION_BITS_MAX = 12, 24  # of positions: usual and largest number
 POSITION_BITS_MIN = 16  # of the farthest position
 STEPS_PER_SIZE = 4  # of positions, in the size of a small Gaussian
-SMALL = 0.01  # share of the Gaussians that are smaller than it
+SMALL_SHARE = 0.01  # of the Gaussians, those that are smaller than a small one
 SH_STEPS = (8, 16)  # steps of a byte: 5 bits for degree 1 and 4 for higher ones, as is usual
 GZIP_LEVEL = 6  # 9 saves 2 % and takes five times as long
-BLOCK = 1 << 15  # rows that are decoded at a time
 # signs of the SH coefficients above degree 0 when y and z change sign
 SH_SIGNS = np.array([-1, -1, 1, -1, 1, 1, -1, 1, -1, 1, -1, -1, 1, -1, 1], np.float32)
 
@@ -69,7 +74,6 @@ class Header:
 
     @property
     def sizes(self) -> list[int]:
-        """Bytes of each attribute."""
         return [self.count * width for width in self.widths]
 
 
@@ -81,16 +85,11 @@ def read_spz(path: Path | str) -> Gaussians:
 def read_spz_scene(path: Path | str) -> tuple[Gaussians, Footprint]:
     """Read an `.spz` as float32 on the CPU, and how its Gaussians cover pixels.
 
-    SH of degree 4 are cut to degree 3.
-
-    Raises:
-        InputError: the file is missing, not an `.spz` of version 1 to 4, damaged or cut off.
+    SH of degree 4 are cut to degree 3. Raises InputError if the file is missing, not an `.spz` of
+    version 1 to 4, damaged or cut off.
     """
     path = Path(path)
-    try:
-        data = read_if(path, (GZIP, MAGIC))
-    except OSError as error:
-        raise InputError(f"cannot read {path}: {error.strerror or error}") from None
+    data = read_if(path, (GZIP, MAGIC))
     if data[:2] == GZIP:
         header, parts = _decompress_gzip(data, path)
     else:
@@ -145,7 +144,6 @@ def _decompress_gzip(data: bytes, path: Path) -> tuple[Header, list[np.ndarray]]
 
 
 def _decompress_streams(header: Header, data: bytes, path: Path) -> list[np.ndarray]:
-    """Decompress the streams of version 4."""
     import zstandard
 
     end = header.table + 16 * header.streams
@@ -179,16 +177,13 @@ def _decompress_streams(header: Header, data: bytes, path: Path) -> list[np.ndar
 def _gaussians(header: Header, parts: list[np.ndarray], path: Path) -> Gaussians:
     count = header.count
     kept = min(SH_COEFFICIENTS[header.degree], SH_KEPT)
-    shapes = [(count, 3), (count, 4), (count, 3), (count,), (count, kept + 1, 3)]
-    found = [np.empty(shape, np.float32) for shape in shapes]
     tables = [part.reshape(count, width) for part, width in zip(parts, header.widths, strict=True)]
-    for start in range(0, count, BLOCK):  # intermediate arrays are several times as large
-        rows = slice(start, start + BLOCK)
-        for whole, values in zip(found, _decoded(header, *(t[rows] for t in tables)), strict=True):
-            whole[rows] = values
-    if not np.isfinite(found[0]).all():
+    gaussians = gaussians_in_blocks(
+        count, kept + 1, lambda rows: _decoded(header, *(table[rows] for table in tables))
+    )
+    if not gaussians.means.isfinite().all():
         raise _damaged(path)
-    return Gaussians(*(torch.from_numpy(whole) for whole in found))
+    return gaussians
 
 
 def _decoded(
@@ -203,18 +198,15 @@ def _decoded(
     """Decode rows of bytes: means, quaternions, log-scales, logits, SH."""
     stored = SH_COEFFICIENTS[header.degree]
     kept = min(stored, SH_KEPT)
-    with np.errstate(invalid="ignore"):  # NaN is rejected later
-        means = _positions(header, positions) * np.array([1, -1, -1], np.float32)
+    means = _positions(header, positions) * np.array([1, -1, -1], np.float32)
     unpack = _first_three if header.version < 3 else _smallest_three
     quats = unpack(rotations)
     quats[:, 2:] *= -1  # y and z
-    # opacities 0 and 1 have no logit
-    opacity = np.clip(opacities[:, 0] / 255, 1e-6, 1 - 1e-6)
     sh = np.empty((len(means), kept + 1, 3), np.float32)
     sh[:, 0] = (colors / 255 - 0.5) / COLOR_SCALE
     rest = coefficients.reshape(len(means), stored, 3)[:, :kept].astype(np.float32) - 128
     sh[:, 1:] = rest / 128 * SH_SIGNS[:kept, None]
-    return means, quats, scales / 16 - 10, np.log(opacity / (1 - opacity)), sh
+    return means, quats, scales / 16 - 10, logits_of(opacities[:, 0] / 255), sh
 
 
 def _positions(header: Header, data: np.ndarray) -> np.ndarray:
@@ -239,18 +231,10 @@ def _smallest_three(data: np.ndarray) -> np.ndarray:
     Two bits give the largest of x, y, z, w; the others have a sign and nine bits each.
     """
     words = np.ascontiguousarray(data).view("<u4")[:, 0]
-    largest = words >> 30
-    rows = np.arange(len(words))
-    found = np.zeros((len(words), 4))  # x, y, z, w
-    place = np.zeros(len(words), np.int64)
-    for shift in (20, 10, 0):
-        place += place == largest
-        part = words >> shift
-        size = (part & 511) / 511 * math.sqrt(0.5)
-        found[rows, place] = np.where(part & 512, -size, size)
-        place += 1
-    found[rows, largest] = np.sqrt(np.clip(1 - (found**2).sum(1), 0, None))
-    return found[:, [3, 0, 1, 2]]
+    parts = words[:, None] >> np.array([20, 10, 0], np.uint32)
+    size = (parts & 511) / 511 * SMALL_MAX
+    small = np.where(parts & 512, -size, size)
+    return quats_of_smallest_three(small, words >> 30)[:, [3, 0, 1, 2]]  # from x, y, z, w
 
 
 def write_spz(path: Path | str, gaussians: Gaussians, *, footprint: Footprint = CLASSIC) -> None:
@@ -258,10 +242,8 @@ def write_spz(path: Path | str, gaussians: Gaussians, *, footprint: Footprint = 
 
     Gaussians that are not finite are left out, and counted in a logged warning. An antialiased
     footprint becomes the format's flag, and readers draw a blur of 0.3: another blur is named in a
-    logged warning.
-
-    Raises:
-        InputError: there are more than 10 million Gaussians, or a coordinate reaches 2^23.
+    logged warning. Raises InputError if there are more than 10 million Gaussians, or a coordinate
+    reaches 2^23.
     """
     if footprint.blur != BLUR:
         log.warning("a .spz has no place for the blur %g: readers draw 0.3", footprint.blur)
@@ -287,13 +269,13 @@ def _fraction_bits(gaussians: Gaussians) -> int:
     """
     integer_bits = math.frexp(float(gaussians.means.abs().max()))[1]  # of the farthest position
     sizes = gaussians.log_scales.amax(1)
-    small = float(sizes.kthvalue(max(1, round(SMALL * len(sizes)))).values)
+    small = float(sizes.kthvalue(max(1, round(SMALL_SHARE * len(sizes)))).values)
     needed = math.ceil((math.log(STEPS_PER_SIZE) - small) / math.log(2))
     wanted = max(FRACTION_BITS, POSITION_BITS_MIN - integer_bits, needed)
-    found = min(23 - integer_bits, wanted, FRACTION_BITS_MAX)
-    if found < 0:
+    bits = min(23 - integer_bits, wanted, FRACTION_BITS_MAX)
+    if bits < 0:
         raise InputError("a Gaussian is too far away for a .spz: 2^23 is the limit")
-    return found
+    return bits
 
 
 def _encoded(header: Header, gaussians: Gaussians) -> list[np.ndarray]:

@@ -5,10 +5,10 @@ import time
 from collections.abc import Callable
 from typing import Literal
 
-SHARE = 0.1  # of the training time goes into frames in the long run
+TIME_SHARE = 0.1  # of the training time goes into frames in the long run
 BUDGET_MAX = 1.0  # seconds of rendering that can be saved up
 RESERVE = 0.5  # seconds of the budget kept for camera movements
-GOAL = {"moving": 0.05, "resting": 0.25}  # seconds per frame
+FRAME_SECONDS = {"moving": 0.05, "resting": 0.25}  # that a frame may take
 PIXELS_MIN = {"moving": 160 * 120, "resting": 320 * 240}
 PIXELS_MAX = 1920 * 1200
 FIRST_SPEED = 1e6  # pixels per second that the first frame is assumed to reach
@@ -33,7 +33,7 @@ class FrameBudget:
     def allows(self, *, urgent: bool) -> bool:
         """Return True if a frame may be rendered now."""
         now = self._clock()
-        self._budget = min(BUDGET_MAX, self._budget + SHARE * (now - self._updated_at))
+        self._budget = min(BUDGET_MAX, self._budget + TIME_SHARE * (now - self._updated_at))
         self._updated_at = now
         return self._budget > (0 if urgent else RESERVE)
 
@@ -53,6 +53,6 @@ class FrameBudget:
         pixels = PIXELS_MAX
         if detail != "paused":
             speed = self._speeds.get(detail, self._speeds["moving"])
-            pixels = min(PIXELS_MAX, max(PIXELS_MIN[detail], GOAL[detail] * speed))
+            pixels = min(PIXELS_MAX, max(PIXELS_MIN[detail], FRAME_SECONDS[detail] * speed))
         scale = min(1.0, math.sqrt(pixels / (width * height)))
         return max(1, round(scale * width)), max(1, round(scale * height))

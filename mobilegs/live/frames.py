@@ -96,11 +96,6 @@ class TrainingCameras:
         return int((distances / self.extent + turned).argmin())
 
 
-def render_color(scene: Scene, camera: Camera) -> Image:
-    """Render the scene."""
-    return scene.render(camera).image
-
-
 def render_depth(scene: Scene, camera: Camera) -> Image:
     """Render inverse depth as colours, scaled to the range of the image; black without depth."""
     drawn = scene.render(camera, depth=True)

@@ -192,9 +192,9 @@ class PageHandler(PrivateHandler):
     def get(self, asked: str) -> None:
         if asked == "":
             title = f"<title>{escaped(self.server.title)}</title>"
-            self._answer("text/html", live_page().replace(TITLE, title))
+            self._answer_text("text/html", live_page().replace(TITLE, title))
         elif asked == "live.js":
-            self._answer("text/javascript", live_script())
+            self._answer_text("text/javascript", live_script())
         elif asked == "photos":
             self.answer_bytes("application/json", self.server.about)
         else:

@@ -33,9 +33,8 @@ def unpack_bits(
 ) -> UInt64[np.ndarray, "n"]:
     """Unpack what `pack_bits` packed.
 
-    Raises:
-        InputError: the length of `data` does not match the widths, or it ends in bits that are
-            not 0.
+    Raises InputError if the length of `data` does not match the widths, or it ends in bits that are
+    not 0.
     """
     ends = np.cumsum(widths, dtype=np.int64)
     total = int(ends[-1]) if len(ends) else 0

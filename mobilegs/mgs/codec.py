@@ -6,7 +6,7 @@ from concurrent.futures import Executor, ThreadPoolExecutor
 from dataclasses import asdict, replace
 from itertools import repeat
 from pathlib import Path
-from typing import Any
+from typing import Any, TypeVar
 
 import numpy as np
 import torch
@@ -43,6 +43,8 @@ from mobilegs.mgs.uniform_streams import (
 from mobilegs.render.project import CLASSIC
 from mobilegs.representation.codebooks import Attribute
 
+Result = TypeVar("Result")
+
 FILE_MAX = 1 << 32
 # stream of the colour decoder, by the header's field `colors`
 COLOR_STREAMS = {
@@ -58,8 +60,7 @@ GAUSSIANS_PER_BYTE = 1
 def encode_mgs(scene: QuantizedScene) -> bytes:
     """Return the bytes of a `.mgs` file; equal scenes give equal bytes.
 
-    Raises:
-        InputError: a file cannot hold the scene (see `QuantizedScene.check`).
+    Raises InputError if a file cannot hold the scene (see `QuantizedScene.check`).
     """
     scene.check()
     scene = scene.sorted()
@@ -103,11 +104,11 @@ def _decode_indices(
 ) -> None:
     """Fill the `codes` of one LOD level."""
     for name, cut in header.cuts.items():
-        found = codes[name].numpy()
+        table = codes[name].numpy()
         streams = [stream(f"{name}.{i}") for i in range(cut.count)]
-        columns = pool.map(decode_indices, streams, repeat(len(found)), repeat(header.sizes[name]))
+        columns = pool.map(decode_indices, streams, repeat(len(table)), repeat(header.sizes[name]))
         for i, column in enumerate(columns):
-            found[:, i] = column
+            table[:, i] = column
 
 
 def _decode_rows(
@@ -138,13 +139,13 @@ def _decode_rows(
                 raise InputError(
                     f"the .mgs file has the unknown codec '{coded.codec}' of positions"
                 )
-            found = pool.submit(decode_positions, coded.data, size)
+            decoded = pool.submit(decode_positions, coded.data, size)
             codes: dict[Attribute, Tensor] = {name: part[rows] for name, part in indices.items()}
             if header.codings:
                 decode_columns(header.codings, codes, stream_of, pool)
             else:
                 _decode_indices(header, codes, stream_of, pool)
-            positions[rows] = found.result()
+            positions[rows] = decoded.result()
     return positions, indices
 
 
@@ -153,8 +154,7 @@ def decode_mgs(data: bytes) -> QuantizedScene:
 
     `decode_mgs(encode_mgs(scene))` equals `scene.sorted()`.
 
-    Raises:
-        InputError: the bytes are not a `.mgs`, are damaged, or need a newer program.
+    Raises InputError if the bytes are not a `.mgs`, are damaged, or need a newer program.
     """
     fields, streams = read_container(data)
     header = parse_header(fields)
@@ -204,8 +204,7 @@ def decode_mgs(data: bytes) -> QuantizedScene:
 def inspect(data: bytes) -> MgsContents:
     """Report the content of a `.mgs` as JSON-ready values, without decoding its streams.
 
-    Raises:
-        InputError: the bytes are not a `.mgs`, or the header is not valid.
+    Raises InputError if the bytes are not a `.mgs`, or the header is not valid.
     """
     fields, streams = read_container(data)
     header = parse_header(fields)
@@ -259,45 +258,36 @@ def inspect(data: bytes) -> MgsContents:
 def read_mgs(path: Path | str) -> QuantizedScene:
     """Read the scene in a `.mgs` file.
 
-    Raises:
-        InputError: the file cannot be read, or is not a valid `.mgs`.
+    Raises InputError if the file cannot be read, or is not a valid `.mgs`.
     """
-    data = _read_bytes(path)
-    try:
-        return decode_mgs(data)
-    except InputError as error:
-        raise InputError(f"{path}: {error}") from None
+    return _parsed(path, decode_mgs)
 
 
 def inspect_mgs(path: Path | str) -> MgsContents:
     """Report the content of a `.mgs` file as `inspect` does; raises like `read_mgs`."""
-    data = _read_bytes(path)
-    try:
-        return inspect(data)
-    except InputError as error:
-        raise InputError(f"{path}: {error}") from None
+    return _parsed(path, inspect)
 
 
 def write_mgs(path: Path | str, scene: QuantizedScene) -> int:
     """Write a scene to a `.mgs` file atomically; returns its size in bytes.
 
-    Raises:
-        InputError: a file cannot hold the scene.
+    Raises InputError if a file cannot hold the scene.
     """
     data = encode_mgs(scene)
     atomic_write(path, data)
     return len(data)
 
 
-def _read_bytes(path: Path | str) -> bytes:
+def _parsed(path: Path | str, parse: Callable[[bytes], Result]) -> Result:
     path = Path(path)
+    size = file_size(path)
+    if size > FILE_MAX:
+        raise InputError(f"{path}: {size} bytes are more than a .mgs file may have")
+    data = read_if(path, (MAGIC,))
     try:
-        size = file_size(path)
-        if size > FILE_MAX:
-            raise InputError(f"{path}: {size} bytes are more than a .mgs file may have")
-        return read_if(path, (MAGIC,))
-    except OSError as error:
-        raise InputError(f"{path}: cannot be read ({error.strerror})") from None
+        return parse(data)
+    except InputError as error:
+        raise InputError(f"{path}: {error}") from None
 
 
 def _encode_tensors(name: str, parts: Mapping[Any, Tensor], order: Iterable[str]) -> Stream:

@@ -42,11 +42,10 @@ class Stream:
     data: bytes | memoryview
 
 
-def write_container(header: dict[str, Any], streams: list[Stream], *, major: int = 2) -> bytes:
+def write_container(header: dict[str, Any], streams: list[Stream], *, major: int) -> bytes:
     """Return the bytes of a file: `header` with the table of streams, then the streams.
 
-    Raises:
-        InputError: the header exceeds 1 MiB, or there are more than 256 streams.
+    Raises InputError if the header exceeds 1 MiB, or there are more than 256 streams.
     """
     if len(streams) > STREAMS_MAX:
         raise InputError(f"the scene has {len(streams)} streams: {STREAMS_MAX} are allowed")
@@ -90,10 +89,8 @@ def read_container(data: bytes) -> tuple[dict[str, Any], dict[str, Stream]]:
     """Return the header without its table, and the streams by name, with checked checksums.
 
     The field `layers` is None in files without LOD levels: all of version 2, some of version 4.
-    `footprint` is None in files before version 4.
-
-    Raises:
-        InputError: this is not a `.mgs`, has an unknown version, or is damaged.
+    `footprint` is None in files before version 4. Raises InputError if this is not a `.mgs`, has an
+    unknown version, or is damaged.
     """
     length = _check_prefix(data)
     text = data[PREFIX.size : PREFIX.size + length]

@@ -15,8 +15,6 @@ class StreamContents(TypedDict):
         bytes_per_gaussian: the same, divided by the file's Gaussians.
         used: False for a stream that the header does not need.
         raw_bytes: size without an entropy coder; None if the stream is not used.
-        huffman_bytes: size with Huffman codes, in reports of `inspect_scene`; None if the stream
-            has no indices.
     """
 
     name: str
@@ -25,7 +23,6 @@ class StreamContents(TypedDict):
     bytes_per_gaussian: float
     used: bool
     raw_bytes: int | None
-    huffman_bytes: NotRequired[int | None]
 
 
 class MgsContents(TypedDict):

@@ -29,19 +29,12 @@ def encode_scene(
 ) -> QuantizedScene:
     """Return the codes and weights of a trained student, rounded as a file stores them.
 
-    The fields that are not trained (`blend`, `weighting`, `background`, `near`, `views`, `meta`)
-    have their defaults: set them with `dataclasses.replace`.
-
-    Args:
-        means: world positions.
-        quantizers: codebooks for every attribute, or uniform quantisers for every attribute:
-            `scale` (log-scales), `rotation` (quaternions), `appearance` (static and view latents),
-            `opacity` (base logits) and `lobes` (latents of the lobe decoder).
-        grid: rounds the means.
-        decoder, lobe_decoder, network: their weights are rounded to float16.
-
-    Raises:
-        InputError: a part is missing, out of range or not finite.
+    `quantizers` are codebooks for every attribute, or uniform quantisers for every attribute:
+    `scale` (log-scales), `rotation` (quaternions), `appearance` (static and view latents),
+    `opacity` (base logits) and `lobes` (latents of the lobe decoder). The fields that are not
+    trained (`blend`, `weighting`, `background`, `near`, `views`, `meta`) have their defaults: set
+    them with `dataclasses.replace`. Raises InputError if a part is missing, out of range or not
+    finite.
     """
     books: dict[Attribute, Tensor] = {}
     step_sizes: dict[Attribute, float] = {}

@@ -105,12 +105,10 @@ def header_fields(scene: QuantizedScene) -> dict[str, Any]:
 
 
 def lobe_fields(shape: LobeShape | None) -> dict[str, Any] | None:
-    """Return the header's field `lobes`."""
     return None if shape is None else {**asdict(shape), "hidden": list(shape.hidden)}
 
 
 def weighting_fields(weighting: Weighting) -> dict[str, Any]:
-    """Return the header's field `weighting`."""
     return {
         "background_weight": weighting.background_weight,
         "exponent_max": weighting.exponent_max,
@@ -124,9 +122,8 @@ def weighting_fields(weighting: Weighting) -> dict[str, Any]:
 def parse_header(fields: dict[str, Any]) -> Header:
     """Parse what `header_fields` wrote; unknown fields are ignored.
 
-    Raises:
-        InputError: a field is missing, has a wrong type, is out of range, or names something
-            that this program does not support.
+    Raises InputError if a field is missing, has a wrong type, is out of range, or names something
+    that this program does not support.
     """
     colors = fields.get("colors", "networks")
     for name, value, known in (

@@ -29,11 +29,9 @@ def with_lod_levels(scene: QuantizedScene, count: int, cameras: list[Camera]) ->
     """Return the scene in `count` LOD levels (1 to 8), the most visible Gaussians first.
 
     With k levels the first holds one of 4^(k - 1) Gaussians, and each further level multiplies
-    their number by four. Visibility is the sum of blending weights in the pictures of `cameras`
-    (64 of them at most), which are rendered on the device of the first camera.
-
-    Raises:
-        InputError: `count` is out of range or exceeds the number of Gaussians.
+    their number by four. Visibility is the sum of blending weights in the pictures of `cameras` (64
+    of them at most), which are rendered on the device of the first camera. Raises InputError if
+    `count` is out of range or exceeds the number of Gaussians.
     """
     if not 1 <= count <= min(LOD_LEVELS_MAX, len(scene)):
         raise InputError(

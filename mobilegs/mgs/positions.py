@@ -140,8 +140,7 @@ def encode_positions(stored: Float16[Tensor, "n 3"]) -> bytes:
 def decode_positions(data: bytes | memoryview, count: int) -> Float16[Tensor, "n 3"]:
     """Decode the `count` positions that `encode_positions` wrote.
 
-    Raises:
-        InputError: the bytes are damaged, or hold a position that is not finite.
+    Raises InputError if the bytes are damaged, or hold a position that is not finite.
     """
     rans.check_header(_classes(data), count, CLASSES)
     patterns = binding.decode_positions(data, count)

@@ -1,10 +1,11 @@
 """A scene in its quantised form: the exact content of a `.mgs` file, and its decoder."""
 
 import math
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field, fields, is_dataclass, replace
 from functools import cache, lru_cache
 from importlib import import_module
 from itertools import accumulate
+from typing import Any
 
 import numpy as np
 import torch
@@ -166,8 +167,8 @@ class QuantizedScene:
             rows = rows.to(device)
             if not self.step_sizes:
                 centers = self.codebooks[name].to(device).float()
-                found = binding.gather_entries(centers, rows)
-                values[name] = gather_entries(centers, rows) if found is None else found
+                gathered = binding.gather_entries(centers, rows)
+                values[name] = gather_entries(centers, rows) if gathered is None else gathered
             elif name == "rotation":
                 bits = self.refinement_bits.to(device)
                 values[name] = decode_rotations(rows, bits, self.step_sizes[name])
@@ -349,41 +350,17 @@ def _check_weights(title: str, weights: dict[str, Tensor], shapes: dict[str, tor
 
 def scenes_equal(a: QuantizedScene, b: QuantizedScene) -> bool:
     """Return True if two scenes are equal to the last bit, including the order of their rows."""
+    return _exact(a) == _exact(b)
 
-    def bits(scene: QuantizedScene) -> dict[str, Tensor]:
-        parts = {
-            "positions": scene.positions,
-            "center": scene.grid.center,
-            "background": scene.background,
-        }
-        for group in ("indices", "codebooks", "decoder", "lobe_decoder", "network"):
-            parts |= {f"{group}.{k}": v for k, v in (getattr(scene, group) or {}).items()}
-        for i, view in enumerate(scene.views):
-            parts |= {f"viewmat.{i}": view.viewmat, f"K.{i}": view.K}
-        return {
-            name: part.view(torch.int16 if part.element_size() == 2 else torch.int32)
-            for name, part in parts.items()
-        }
 
-    def rest(scene: QuantizedScene) -> tuple:
-        return (
-            scene.grid.radius,
-            scene.grid.exponent,
-            scene.near,
-            scene.blend,
-            scene.weighting,
-            scene.footprint,
-            [(view.width, view.height) for view in scene.views],
-            {name: (type(value), value) for name, value in scene.meta.items()},
-            scene.lobe_shape,
-            scene.network is None,
-            scene.step_sizes,
-            scene.lod_sizes,
-        )
-
-    left, right = bits(a), bits(b)
-    return (
-        rest(a) == rest(b)
-        and left.keys() == right.keys()
-        and all(torch.equal(left[name], right[name]) for name in left)
-    )
+def _exact(value: Any) -> Any:
+    """Return a value that equals another one if their tensors have the same bits."""
+    if isinstance(value, Tensor):
+        return value.dtype, value.shape, value.numpy().tobytes()
+    if isinstance(value, dict):
+        return {name: (type(part), _exact(part)) for name, part in value.items()}
+    if isinstance(value, list):
+        return [_exact(part) for part in value]
+    if is_dataclass(value):
+        return [_exact(getattr(value, each.name)) for each in fields(value)]
+    return value

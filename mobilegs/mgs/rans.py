@@ -59,8 +59,7 @@ def encode(symbols: UInt16[np.ndarray, "n"], alphabet: int, *, contextual: bool 
 def decode(data: bytes | memoryview, count: int, alphabet: int) -> UInt16[np.ndarray, "n"]:
     """Decode the `count` symbols below `alphabet` that `encode` wrote.
 
-    Raises:
-        InputError: the bytes are not a complete stream of `count` symbols of this alphabet.
+    Raises InputError if the bytes are not a complete stream of `count` symbols of this alphabet.
     """
     check_header(data, count, alphabet)
     symbols = binding.decode_rans(data, count, alphabet)
@@ -71,9 +70,9 @@ def check_header(data: bytes | memoryview, count: int, alphabet: int) -> tuple[i
     """Return the contexts, bytes of tables and lanes of a stream; InputError if invalid."""
     if len(data) < HEADER.size:
         raise InputError("a rANS stream is too short to hold its header")
-    found, contexts, table_bytes, word_count = HEADER.unpack_from(data)
-    if found != alphabet:
-        raise InputError(f"a rANS stream has an alphabet of {found} symbols instead of {alphabet}")
+    stored, contexts, table_bytes, word_count = HEADER.unpack_from(data)
+    if stored != alphabet:
+        raise InputError(f"a rANS stream has an alphabet of {stored} symbols instead of {alphabet}")
     if contexts not in (1, alphabet) or contexts > CONTEXTS_MAX:
         raise InputError(f"a rANS stream has {contexts} contexts")
     if 8 * table_bytes > contexts * (5 + SYMBOL_BITS * alphabet) + 7:

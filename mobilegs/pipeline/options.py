@@ -13,7 +13,7 @@ from mobilegs.device import Device
 from mobilegs.errors import InputError
 from mobilegs.live import ADDRESS, validate_live_options
 from mobilegs.render.project import Footprint
-from mobilegs.train.budget import SPLAT_BYTES
+from mobilegs.train.budget import FILE_BYTES_PER_SPLAT
 from mobilegs.train.loop import CHECKPOINT_SECONDS
 from mobilegs.train.recipes import (
     RECIPES,
@@ -196,7 +196,7 @@ def _option_settings(run: TrainRun, recipe: Recipe, footprint: Footprint | None)
     if run.target_mb is not None:
         yield f"student.quantization.target_mb={run.target_mb}"
         if run.max_splats is None and run.target_mb > 0:
-            fitting = max(1, int(1e6 * run.target_mb / SPLAT_BYTES))
+            fitting = max(1, int(1e6 * run.target_mb / FILE_BYTES_PER_SPLAT))
             yield f"teacher.max_splats={min(recipe.teacher.max_splats, fitting)}"
     if run.views_per_step is not None:
         yield f"teacher.views_per_step={run.views_per_step}"

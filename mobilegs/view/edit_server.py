@@ -10,7 +10,6 @@ import html
 import logging
 import tempfile
 import threading
-import webbrowser
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from http import HTTPStatus
@@ -28,14 +27,7 @@ from mobilegs.edit.scene_edit import EditReport, SceneEdit, edit_file, free_name
 from mobilegs.errors import InputError
 from mobilegs.mgs.codec import inspect_mgs, read_mgs
 from mobilegs.up import unit, written_up
-from mobilegs.view.assets import (
-    CHUNKS,
-    SCRIPT,
-    TITLE,
-    editor_script,
-    escaped,
-    script_tags,
-)
+from mobilegs.view.assets import CHUNKS, SCRIPT, TITLE, editor_script, escaped, script_tags
 from mobilegs.view.export import ELEMENT, page_with
 from mobilegs.view.private_server import PrivateHandler, PrivateServer
 from mobilegs.view.serve import Handler, Server, validate_scene_file
@@ -44,16 +36,9 @@ from mobilegs.viewpoints.framing import Start
 log = logging.getLogger(__name__)
 SETTINGS_MAX = 1 << 20  # bytes that a page may post besides the mask
 FIELDS = {
-    "title",
-    "credit",
-    "up",
-    "start",
-    "start_portrait",
-    "floor",
-    "annotations",
-    "path",
-    "free",
-}
+    "title", "credit", "up", "start", "start_portrait", "floor", "annotations", "path", "free",
+    "removed",
+}  # fmt: skip
 Cameras = Callable[[], tuple[Sequence[Camera], str]]
 
 
@@ -119,12 +104,12 @@ class EditHandler(PrivateHandler):
 
     def get(self, asked: str) -> None:
         if asked == "":
-            self._answer("text/html", editor_page(self.server))
+            self._answer_text("text/html", editor_page(self.server))
         elif asked in ("viewer.js", "scene", *CHUNKS):
             self.path = f"/{asked}?{urlsplit(self.path).query}"
             Handler.do_GET(self)
         elif asked == "edit.js":
-            self._answer("text/javascript", editor_script())
+            self._answer_text("text/javascript", editor_script())
         elif asked == "notes":
             notes = inspect_mgs(self.server.edited)["meta"]
             self.answer_json({"notes": notes, "count": self.server.count})
@@ -154,7 +139,6 @@ class EditHandler(PrivateHandler):
 
 
 def editor_page(server: EditServer) -> str:
-    """Return the viewer's page with the tools."""
     return page_with(
         {
             TITLE: f"<title>Edit {escaped(server.title)}</title>",
@@ -174,7 +158,7 @@ def edit_from_page(posted: Any, count: int) -> SceneEdit:
     Gaussian, lowest first). An empty text or list, or null, removes a note. Raises InputError for
     anything else.
     """
-    if not isinstance(posted, dict) or not posted.keys() <= {*FIELDS, "removed"}:
+    if not isinstance(posted, dict) or not posted.keys() <= FIELDS:
         raise InputError("the page sent something else than settings")
     changes: dict[str, str] = {}
     for name in ("title", "credit"):
@@ -219,14 +203,9 @@ def serve_editor(
     with EditServer(scene, output, cameras, port=port) as server:
         address = server.address("127.0.0.1")
         log.info("%s can be edited at %s", scene, address)
-        log.info("the address is a secret of this machine; Ctrl-C ends it")
+        log.info("the address is a secret of this machine")
         with redirect_file(address) as file:
-            if browser:
-                threading.Thread(target=webbrowser.open, args=(file,), daemon=True).start()
-            try:
-                server.serve_forever()
-            except KeyboardInterrupt:
-                log.info("")
+            server.run(file, browser=browser)
 
 
 @contextmanager

@@ -3,7 +3,6 @@
 import base64
 import hashlib
 import html
-import io
 import json
 import re
 from collections.abc import Mapping
@@ -28,8 +27,8 @@ from mobilegs.view.assets import (
     service_worker,
     viewer_script,
 )
-from mobilegs.view.poster import SIZE, Posters, posters_of
-from mobilegs.view.serve import KINDS, validate_scene_file
+from mobilegs.view.poster import SIZE, Posters, data_url, encoded, jpeg, posters_of
+from mobilegs.view.serve import SUFFIXES, validate_scene_file
 
 ICON = 512  # pixels
 DESCRIPTION = "A scene in 3D, exported by mobilegs"
@@ -39,7 +38,7 @@ SIGNATURES = {
     "manifest.webmanifest": DESCRIPTION,
     "sw.js": "`mobilegs ${",  # the name of its cache
 }
-COSMETIC = ("manifest.webmanifest", "poster.jpg", "icon.png")
+UNVERIFIED = ("manifest.webmanifest", "poster.jpg", "icon.png")
 HTML_MAX = 400_000_000  # bytes of a scene: strings in browsers end at 2^29 characters
 # parts of index.html that exported pages replace
 LINK = '<link rel="icon" href="data:," />'
@@ -90,21 +89,28 @@ def export_html(
             "use --to site"
         )
     posters = posters_of(scene, up, notes)
-    image = base64.b64encode(jpeg(posters.preview)).decode()
-    attribute = "" if posters.style else f"data:image/jpeg;base64,{image}"
-    data = base64.b64encode(scene.read_bytes()).decode()
+    poster = "" if posters.style else data_url(jpeg(posters.preview), "image/jpeg")
+    element, script = embedded(scene, poster, _attributes(up, heading, notes))
     page = page_with(
         {
             TITLE: f"<title>{escaped(title)}</title>",
             **_styled(posters),
-            ELEMENT: f'<mobile-gs page{_attributes(up, heading, notes)} poster="{attribute}">'
-            "</mobile-gs>",
-            SCRIPT: f'<script type="application/octet-stream" id="scene">{data}</script>\n'
-            f'    <script type="module">\n{element_script()}</script>',
+            ELEMENT: element,
+            SCRIPT: script,
         }
     )
     atomic_write(output, page)
     return len(page.encode())
+
+
+def embedded(scene: Path, poster: str, attributes: str = "") -> tuple[str, str]:
+    """Return the element and the scripts of a page that holds the viewer and a scene."""
+    data = base64.b64encode(scene.read_bytes()).decode()
+    return (
+        f'<mobile-gs page{attributes} poster="{poster}"></mobile-gs>',
+        f'<script type="application/octet-stream" id="scene">{data}</script>\n'
+        f'    <script type="module">\n{element_script()}</script>',
+    )
 
 
 def export_site(
@@ -150,7 +156,7 @@ def export_site(
     files |= {"index.html": page.encode(), "sw.js": _service_worker(files, name, version)}
     for file, data in files.items():
         atomic_write(output / file, data)
-    for old in (f"scene{kind}" for kind in KINDS):  # of an earlier export
+    for old in (f"scene{kind}" for kind in SUFFIXES):  # of an earlier export
         if old != name and json.dumps(old) in before:
             (output / old).unlink(missing_ok=True)
     return sum(map(len, files.values()))
@@ -225,7 +231,7 @@ def _manifest(title: str) -> bytes:
 def _service_worker(files: dict[str, bytes], name: str, version: str) -> bytes:
     """Return sw.js, which knows the version and the SHA-256 of the files that it keeps."""
     # no digests of pages and images, which hosts may change
-    expected = {".": version, "index.html": version, **dict.fromkeys(COSMETIC, "")}
+    expected = {".": version, "index.html": version, **dict.fromkeys(UNVERIFIED, "")}
     kept = ("viewer.js", *CHUNKS, name)
     expected |= {file: hashlib.sha256(files[file]).hexdigest() for file in kept}
     changes = {
@@ -281,15 +287,6 @@ def _digest(content: bytes) -> str:
 
 def _icon(image: Image.Image) -> bytes:
     """Return the square middle of the poster as a PNG."""
-    out = io.BytesIO()
     edge = (SIZE[0] - SIZE[1]) // 2
     square = image.crop((edge, 0, edge + SIZE[1], SIZE[1])).resize((ICON, ICON))
-    square.save(out, format="PNG")
-    return out.getvalue()
-
-
-def jpeg(image: Image.Image) -> bytes:
-    """Return the image as a JPEG of quality 80."""
-    out = io.BytesIO()
-    image.save(out, format="JPEG", quality=80, optimize=True)
-    return out.getvalue()
+    return encoded(square, "png")

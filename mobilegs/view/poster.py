@@ -5,6 +5,7 @@ import io
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from pathlib import Path
+from typing import Any
 
 import torch
 from PIL import Image
@@ -19,10 +20,10 @@ from mobilegs.up import Axis
 from mobilegs.viewpoints.pose import Pose, camera_of, first_pose
 
 SIZE = (1200, 630)  # pixels, the size that services which preview links expect
-INLINE = 440  # pixels of the longer side of posters inside of a page
-WIDEST = 2.3  # width over height of screens that a poster fills; as high in portrait
+INLINE_SIDE = 440  # pixels of the longer side of posters inside of a page
+ASPECT_MAX = 2.3  # width over height of screens that a poster fills; as high in portrait
 QUALITY = 40  # of WebP
-WALL = "#0d0f12"  # colour of the page around posters
+PAGE_COLOR = "#0d0f12"  # colour of the page around posters
 
 
 @dataclass(frozen=True)
@@ -61,8 +62,8 @@ def posters_of(
     if pose.box is None:
         return Posters(preview, "")
     upright = first_pose(scene, views, up, size=(1, 2))
-    wide = _rule(scene, views, pose, WIDEST)
-    high = _rule(scene, views, upright, 1 / WIDEST)
+    wide = _rule(scene, views, pose, ASPECT_MAX)
+    high = _rule(scene, views, upright, 1 / ASPECT_MAX)
     return Posters(preview, f"{wide}\n@media (orientation: portrait) {{ {high} }}")
 
 
@@ -73,23 +74,36 @@ def _rule(scene: Scene, views: list[Camera], pose: Pose, shape: float) -> str:
     shapes = (1.0, shape)
     width = max(max(x, y * each) for each in shapes)  # tangents of half the poster
     height = max(max(y, x / each) for each in shapes)
-    share = INLINE / max(width, height)
+    share = INLINE_SIDE / max(width, height)
     size = max(16, round(share * width)), max(16, round(share * height))
     whole = pose.copy()
     whole.box = (width, height)
     image = _render(scene, camera_of(whole, None, *size, scene.near), views)
-    out = io.BytesIO()
-    image.save(out, format="WEBP", quality=QUALITY, method=6)
-    data = base64.b64encode(out.getvalue()).decode()
+    poster = data_url(encoded(image, "webp", quality=QUALITY, method=6), "image/webp")
     # the viewer's focal length, twice: min(width / x, height / y)
     sizes = "".join(
         f"background-size: calc(min(100vw / {x:.5f}, 100{unit} / {y:.5f}) * {width:.5f}) auto; "
         for unit in ("vh", "dvh")  # browsers that do not know the second keep the first
     )
-    place = f"background: {WALL} url(data:image/webp;base64,{data}) center no-repeat; {sizes}"
+    place = f"background: {PAGE_COLOR} url({poster}) center no-repeat; {sizes}"
     return f"mobile-gs {{ {place}}}"
 
 
 def _render(scene: Scene, camera: Camera, views: list[Camera]) -> Image.Image:
     rendered = scene.render(camera, supersampling=supersampling_for(camera, views))
     return Image.fromarray(to_bytes(rendered.image).numpy())
+
+
+def jpeg(image: Image.Image, quality: int = 80) -> bytes:
+    return encoded(image, "jpeg", quality=quality, optimize=True)
+
+
+def encoded(image: Image.Image, kind: str, **options: Any) -> bytes:
+    out = io.BytesIO()
+    image.save(out, format=kind, **options)
+    return out.getvalue()
+
+
+def data_url(data: bytes, kind: str) -> str:
+    """Return an address that holds the data itself, of a media type."""
+    return f"data:{kind};base64,{base64.b64encode(data).decode()}"

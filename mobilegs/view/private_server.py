@@ -105,16 +105,7 @@ class PrivateHandler(Handler):
         status: HTTPStatus = HTTPStatus.OK,
     ) -> None:
         """Answer with bytes that nobody stores."""
-        self.send_response(status)
-        self.send_header("Content-Type", kind)
-        self.send_header("Content-Length", str(len(body)))
-        self.send_header("Cache-Control", "no-store")
-        self.send_header("X-Content-Type-Options", "nosniff")
-        for name, value in (headers or {}).items():
-            self.send_header(name, value)
-        self.end_headers()
-        if self.command != "HEAD":
-            self.wfile.write(body)
+        self._answer(kind, body, {"Cache-Control": "no-store", **(headers or {})}, status)
 
     def end_headers(self) -> None:
         for name, value in SECURITY.items():

@@ -1,7 +1,5 @@
 """The report of a run: one HTML file with the scene, photos beside renders, curves and figures."""
 
-import base64
-import io
 import json
 import math
 from collections.abc import Mapping, Sequence
@@ -13,9 +11,9 @@ from PIL import Image
 from mobilegs.atomic import atomic_write
 from mobilegs.errors import InputError
 from mobilegs.train.run_dir import RunDir
-from mobilegs.view.assets import element_script, escaped
-from mobilegs.view.export import HTML_MAX, jpeg, title_of
-from mobilegs.view.poster import posters_of
+from mobilegs.view.assets import escaped
+from mobilegs.view.export import HTML_MAX, embedded, title_of
+from mobilegs.view.poster import data_url, jpeg, posters_of
 from mobilegs.view.serve import validate_scene_file
 
 WIDTH, HEIGHT, LEFT, BOTTOM = 460, 220, 52, 24  # of a chart, in pixels
@@ -89,30 +87,24 @@ def _scene(scene: Path) -> str:
     """Return the viewer with the scene, or a sentence if the web viewer does not show it."""
     try:
         validate_scene_file(scene)
-        poster = jpeg(posters_of(scene).preview)
+        poster = data_url(jpeg(posters_of(scene).preview), "image/jpeg")
     except InputError as error:
         return f"<p>{escaped(str(error))}</p>"
     if scene.stat().st_size > HTML_MAX:
         return "<p>The scene is too large for a page: see `mobilegs export --to site`.</p>"
-    image, data = (base64.b64encode(each).decode() for each in (poster, scene.read_bytes()))
-    return (
-        f'<mobile-gs page poster="data:image/jpeg;base64,{image}"></mobile-gs>\n'
-        f'    <script type="application/octet-stream" id="scene">{data}</script>\n'
-        f'    <script type="module">\n{element_script()}</script>'
-    )
+    return "\n    ".join(embedded(scene, poster))
 
 
 def _figures(metrics: Mapping[str, Any]) -> str:
     """Return a table of the teacher, the student and the run."""
-    stages = ("teacher", "student")
     shown = {key: each for key, each in FIGURES.items() if _known(metrics["student"].get(key))}
     head = ["", "Gaussians", "MB", "minutes", *(name for name, _ in shown.values())]
     rows = []
-    for stage in stages:
-        found, seconds = metrics[stage], metrics["seconds"].get(stage)
-        values = [f"{metrics[stage]['gaussians']:,}", f"{found['file_bytes'] / 1e6:.2f}"]
+    for stage in ("teacher", "student"):
+        own, seconds = metrics[stage], metrics["seconds"].get(stage)
+        values = [f"{own['gaussians']:,}", f"{own['file_bytes'] / 1e6:.2f}"]
         values.append("-" if seconds is None else f"{seconds / 60:.1f}")
-        rows.append([stage, *values, *(_text(found.get(key), d) for key, (_, d) in shown.items())])
+        rows.append([stage, *values, *(_text(own.get(key), d) for key, (_, d) in shown.items())])
     views, size = metrics["views"], metrics["image_size"]
     memory = metrics.get("peak_memory_mib")
     about = f"{views['train']} photos of {size[0]}x{size[1]} trained, {views['test']} held back"
@@ -122,7 +114,9 @@ def _figures(metrics: Mapping[str, Any]) -> str:
 
 def _photos(metrics: Mapping[str, Any]) -> str:
     """Return a table of all held-back photos, the worst first."""
-    views = sorted(metrics["student"]["views"], key=lambda view: _order(view["psnr"]))
+    views = sorted(
+        metrics["student"]["views"], key=lambda v: math.inf if v["psnr"] is None else v["psnr"]
+    )
     keys = [key for key in ("psnr", "cc_psnr", "ssim") if key in views[0]]
     head = ["photo, student", *(FIGURES[key][0] for key in keys)]
     rows = [[v["name"], *(_text(v[key], FIGURES[key][1]) for key in keys)] for v in views]
@@ -138,13 +132,12 @@ def _table(head: Sequence[str], rows: Sequence[Sequence[str]]) -> str:
 
 
 def _picture(path: Path) -> str:
-    out = io.BytesIO()
     try:
-        Image.open(path).convert("RGB").save(out, format="JPEG", quality=85)
+        picture = Image.open(path).convert("RGB")
     except OSError as error:
         raise InputError(f"{path} is damaged ({error})") from error
-    data = base64.b64encode(out.getvalue()).decode()
-    return f'<img alt="photos beside renders" src="data:image/jpeg;base64,{data}" />'
+    data = data_url(jpeg(picture, quality=85), "image/jpeg")
+    return f'<img alt="photos beside renders" src="{data}" />'
 
 
 def _chart(rows: Sequence[Mapping[str, Any]], key: str, title: str, scale: float = 1.0) -> str:
@@ -189,10 +182,6 @@ def _chart(rows: Sequence[Mapping[str, Any]], key: str, title: str, scale: float
 
 def _known(value: Any) -> bool:
     return isinstance(value, int | float) and math.isfinite(value)
-
-
-def _order(value: float | None) -> float:
-    return math.inf if value is None else value
 
 
 def _text(value: Any, decimals: int) -> str:

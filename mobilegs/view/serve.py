@@ -8,6 +8,7 @@ import sys
 import threading
 import time
 import webbrowser
+from collections.abc import Mapping
 from functools import cache
 from http import HTTPStatus
 from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
@@ -15,6 +16,7 @@ from pathlib import Path
 from typing import Any
 from urllib.parse import parse_qs, quote, unquote, urlsplit
 
+from mobilegs.atomic import reading
 from mobilegs.data.ply_table import parse_header
 from mobilegs.errors import InputError
 from mobilegs.formats.ply import COLUMNS, read_ply_up
@@ -32,17 +34,14 @@ from mobilegs.view.assets import (
     viewer_script,
 )
 
-SCENE, OTHER = (
-    "/scene",
-    "/other",
-)  # without suffix: the viewer recognises a format by its first bytes
+SCENE, OTHER = "/scene", "/other"  # the viewer recognises a format by its first bytes
 VIEWER = "/viewer.js"
 BLOCK = 1 << 20
 CONNECTIONS_MAX = 256
 BUSY_SECONDS = 0.1  # of waiting where the system gives no connection
 UNDECODED = "surrogateescape"  # file names may be any bytes
-KINDS = (".mgs", ".ply", ".spz")
-CONVERT = " (`mobilegs export --to ply` converts scenes of other tools)"
+SUFFIXES = (".mgs", ".ply", ".spz")
+CONVERT_HINT = " (`mobilegs export --to ply` converts scenes of other tools)"
 log = logging.getLogger(__name__)
 
 
@@ -138,6 +137,16 @@ class Server(BoundedServer):
         """Return the page's URL for a browser that reaches this machine as `host`."""
         return f"http://{host}:{self.server_port}{self.path}"
 
+    def run(self, address: str, *, browser: bool) -> None:
+        """Answer requests until Ctrl-C; with `browser`, open the address in the usual one."""
+        log.info("Ctrl-C ends it")
+        if browser:  # in a thread: some commands return only when the browser ends
+            threading.Thread(target=webbrowser.open, args=(address,), daemon=True).start()
+        try:
+            self.serve_forever()
+        except KeyboardInterrupt:
+            log.info("")
+
     @property
     def title(self) -> str:
         """The page's title: file and folder of each scene, as file names are often the same."""
@@ -178,11 +187,11 @@ class Handler(BaseHTTPRequestHandler):
         elif request.path == "/":
             page = index_page().replace(SCRIPT, script_tags(VIEWER))
             title = f"<title>{escaped(self.server.title)}</title>"
-            self._answer("text/html", page.replace(TITLE, title))
+            self._answer_text("text/html", page.replace(TITLE, title))
         elif request.path == VIEWER or request.path[1:] in CHUNKS:
             script = viewer_script() if request.path == VIEWER else chunk(request.path[1:])
             immutable = request.query == version_of(script)
-            self._answer("text/javascript", script, immutable=immutable)
+            self._answer_text("text/javascript", script, immutable=immutable)
         elif path in self.server.scenes:
             self._answer_scene(self.server.scenes[path])
         else:
@@ -191,10 +200,22 @@ class Handler(BaseHTTPRequestHandler):
     def do_HEAD(self) -> None:
         self.do_GET()
 
-    def _answer(self, kind: str, text: str, *, immutable: bool = False) -> None:
+    def _answer_text(self, kind: str, text: str, *, immutable: bool = False) -> None:
         packed = "gzip" in self.headers.get("Accept-Encoding", "")
+        headers = {"Content-Encoding": "gzip"} if packed else {}
+        if immutable:  # the address of a script contains its version
+            headers["Cache-Control"] = "max-age=31536000, immutable"
         body = _gzipped(text) if packed else text.encode()
-        self._head(f"{kind}; charset=utf-8", len(body), packed=packed, immutable=immutable)
+        self._answer(f"{kind}; charset=utf-8", body, headers)
+
+    def _answer(
+        self,
+        kind: str,
+        body: bytes,
+        headers: Mapping[str, str],
+        status: HTTPStatus = HTTPStatus.OK,
+    ) -> None:
+        self._head(kind, len(body), headers, status)
         if self.command != "HEAD":
             self.wfile.write(body)
 
@@ -216,18 +237,23 @@ class Handler(BaseHTTPRequestHandler):
             if size:  # the file was truncated meanwhile: the browser sees a short answer
                 self.close_connection = True
 
-    def _head(self, kind: str, size: int, *, packed: bool = False, immutable: bool = False) -> None:
-        self.send_response(HTTPStatus.OK)
-        self.send_header("Content-Type", kind)
-        self.send_header("Content-Length", str(size))
-        if packed:
-            self.send_header("Content-Encoding", "gzip")
-        # the address of a script contains its version
-        self.send_header(
-            "Cache-Control", "max-age=31536000, immutable" if immutable else "no-cache"
-        )
-        self.send_header("Vary", "Accept-Encoding")
-        self.send_header("X-Content-Type-Options", "nosniff")
+    def _head(
+        self,
+        kind: str,
+        size: int,
+        headers: Mapping[str, str] | None = None,
+        status: HTTPStatus = HTTPStatus.OK,
+    ) -> None:
+        self.send_response(status)
+        usual = {
+            "Content-Type": kind,
+            "Content-Length": str(size),
+            "Cache-Control": "no-cache",
+            "Vary": "Accept-Encoding",
+            "X-Content-Type-Options": "nosniff",
+        }
+        for name, value in {**usual, **(headers or {})}.items():
+            self.send_header(name, value)
         self.end_headers()
 
     def handle(self) -> None:
@@ -273,13 +299,7 @@ def serve(
                 _show_code(server.address(host))
         elif lan:
             log.info("this machine has no network: only it can open the page")
-        log.info("Ctrl-C ends it")
-        if browser:  # in a thread: some commands return only when the browser ends
-            threading.Thread(target=webbrowser.open, args=(local,), daemon=True).start()
-        try:
-            server.serve_forever()
-        except KeyboardInterrupt:
-            log.info("")
+        server.run(local, browser=browser)
 
 
 def _show_code(address: str) -> None:
@@ -299,21 +319,16 @@ def validate_scene_file(path: Path) -> None:
     """
     if path.is_dir():
         raise InputError(f"cannot read {path}: it is a folder")
-    if path.suffix.lower() not in KINDS:
-        raise InputError(f"{path} is not a scene: give a .mgs, .ply or .spz file{CONVERT}")
-    try:
-        with path.open("rb") as file:
-            head = file.read(1 << 16)
-    except FileNotFoundError:
-        raise InputError(f"cannot read {path}: there is no such file") from None
-    except OSError as error:
-        raise InputError(f"cannot read {path}: {error.strerror}") from None
+    if path.suffix.lower() not in SUFFIXES:
+        raise InputError(f"{path} is not a scene: give a .mgs, .ply or .spz file{CONVERT_HINT}")
+    with reading(path), path.open("rb") as file:
+        head = file.read(1 << 16)
     if not head:
         raise InputError(f"{path} is empty")
     if head.startswith(b"ply"):
         if b" packed_position" in head:
             raise InputError(
-                f"{path} is a compressed .ply, which the web viewer does not show{CONVERT}"
+                f"{path} is a compressed .ply, which the web viewer does not show{CONVERT_HINT}"
             )
         header = parse_header(head, path)
         names = [element.name for element in header.elements]
@@ -321,7 +336,7 @@ def validate_scene_file(path: Path) -> None:
         if not plain or any(header.elements[0].columns.get(name) != "f4" for name in COLUMNS):
             raise InputError(
                 f"{path} is not a .ply that the web viewer shows: it needs the vertices first, as "
-                f"binary little-endian floats{CONVERT}"
+                f"binary little-endian floats{CONVERT_HINT}"
             )
 
 

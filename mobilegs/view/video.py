@@ -10,6 +10,7 @@ from mobilegs.atomic import atomic_path
 from mobilegs.camera import Camera
 from mobilegs.errors import InputError
 from mobilegs.evaluate.metrics import to_bytes
+from mobilegs.extras import extra_module
 from mobilegs.progress_display import Advance
 from mobilegs.render.scene import Scene
 from mobilegs.up import Axis
@@ -18,7 +19,6 @@ from mobilegs.viewpoints.orbit import orbit_cameras
 RATE = 30  # frames per second
 CODECS = ("libx264", "mpeg4")  # the first one available
 QUALITY = {"libx264": {"crf": "18", "preset": "medium"}, "mpeg4": {"qscale": "2"}}
-INSTALL = "pip install 'mobilegs[capture]'"
 SECONDS_MAX = 600.0
 SIDE_MAX = 4096
 
@@ -42,10 +42,7 @@ def write_orbit(
     for a file name that does not end in .mp4, an odd size or one outside 16 to 4,096 pixels, a
     length outside 1/30 to 600 seconds, and without PyAV.
     """
-    try:
-        import av
-    except ImportError:
-        raise InputError(f"a video needs PyAV, which is not installed: {INSTALL}") from None
+    av = extra_module("av", "a video needs PyAV", "capture")
     if output.suffix.lower() != ".mp4":
         raise InputError(f"{output} is not an .mp4: give a name that ends in .mp4")
     if not 1 / RATE <= seconds <= SECONDS_MAX:

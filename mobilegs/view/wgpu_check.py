@@ -4,11 +4,11 @@
 """
 
 import json
-import os
 import subprocess
 import sys
 from typing import Any, NamedTuple
 
+from mobilegs.child_process import module_command
 from mobilegs.errors import InputError
 from mobilegs.view.wgpu_device import REMEDY, gpus, name_of
 from mobilegs.view.wgpu_renderer import AGREEMENT, agreement
@@ -45,11 +45,11 @@ def check_gpus() -> list[Check]:
 
     Raises InputError without wgpu or a GPU, and if a driver ends the process.
     """
-    command = [sys.executable, "-P", "-m", "mobilegs.view.wgpu_check"]
-    paths = os.pathsep.join(path or os.getcwd() for path in sys.path)
-    options: dict[str, Any] = {"env": os.environ | {"PYTHONPATH": paths}, "timeout": SECONDS_MAX}
+    command, environment = module_command("mobilegs.view.wgpu_check")
     try:
-        done = subprocess.run(command, capture_output=True, text=True, **options)
+        done = subprocess.run(
+            command, capture_output=True, text=True, env=environment, timeout=SECONDS_MAX
+        )
     except subprocess.TimeoutExpired:
         raise InputError(
             f"the GPU's driver took more than {SECONDS_MAX:.0f} s to draw a small image: {REMEDY}"

@@ -14,13 +14,13 @@ from typing import Any
 import numpy as np
 
 from mobilegs.errors import InputError
+from mobilegs.extras import extra_module
 from mobilegs.view import assets
 
 PASSES = ("network", "project", "splat", "resolve")
-FLOATS = {"float32-blendable", "float32-filterable"}  # levels are enlarged by filtering
-KINDS = ("DiscreteGPU", "IntegratedGPU")  # of adapters; others come after them
+FLOAT32_FEATURES = {"float32-blendable", "float32-filterable"}  # levels are enlarged by filtering
+ADAPTER_TYPES = ("DiscreteGPU", "IntegratedGPU")  # the preferred ones, in this order
 FLOAT16_SCALE = 2.0**-6  # of weights in float16: sums of 1,400 of the largest do not overflow
-INSTALL = "pip install 'mobilegs[native]'"
 REMEDY = (
     "install or update the GPU's Vulkan driver (on Debian and Ubuntu mesa-vulkan-drivers, which "
     "also draws without a GPU), or use the web viewer or --renderer kernels, which need none"
@@ -34,25 +34,20 @@ def gpus() -> list[Any]:
     before integrated ones. wgpu's variable WGPUPY_WGPU_ADAPTER_NAME leaves those whose summary
     contains it.
     """
-    try:
-        import wgpu
-    except ImportError:
-        raise InputError(
-            f"rendering with WebGPU needs wgpu, which is not installed: {INSTALL}"
-        ) from None
+    wgpu = extra_module("wgpu", "rendering with WebGPU needs wgpu", "native")
     name = os.environ.get("WGPUPY_WGPU_ADAPTER_NAME", "")
     try:
-        found = [gpu for gpu in wgpu.gpu.enumerate_adapters_sync() if name in gpu.summary]
+        adapters = [gpu for gpu in wgpu.gpu.enumerate_adapters_sync() if name in gpu.summary]
     except (wgpu.GPUError, RuntimeError) as error:
         raise InputError(f"the drivers of GPUs do not load ({reason(error)}): {REMEDY}") from error
-    if not found:
+    if not adapters:
         raise InputError(f"no GPU was found: {REMEDY}")
-    return sorted(found, key=_rank)
+    return sorted(adapters, key=_rank)
 
 
 def _rank(gpu: Any) -> tuple[bool, bool, int]:
     kind = gpu.info["adapter_type"]
-    place = KINDS.index(kind) if kind in KINDS else len(KINDS)
+    place = ADAPTER_TYPES.index(kind) if kind in ADAPTER_TYPES else len(ADAPTER_TYPES)
     return kind == "CPU", draws_by_opengl(gpu), place
 
 
@@ -157,11 +152,11 @@ class Program:
         features = wanted & set(gpu.features)
         self.number = "f16" if "shader-f16" in features else "f32"
         if full_precision:
-            if not FLOATS <= set(gpu.features):
+            if not FLOAT32_FEATURES <= set(gpu.features):
                 raise InputError(
                     f"{self.gpu} cannot blend and filter 32-bit floats, which full_precision needs"
                 )
-            features |= FLOATS
+            features |= FLOAT32_FEATURES
         limits = ("max-buffer-size", "max-storage-buffer-binding-size")
         try:
             self.device = gpu.request_device_sync(
@@ -186,8 +181,7 @@ class Program:
         enable = "enable f16;\n" if number == "f16" else ""
         code = f"{enable}alias Num = {number};\n{shader(rows, 'network')}"
         module = self.device.create_shader_module(code=code)
-        stage = {"module": module, "entry_point": "evaluate_network"}
-        return self.device.create_compute_pipeline(layout="auto", compute=stage)
+        return self._compute_pipeline(module, "evaluate_network")
 
     def resolve(self, target_format: str, *, levels: bool = False) -> Any:
         """Return the pipeline of the last pass, into a texture of the given format.
@@ -197,38 +191,36 @@ class Program:
         key = (target_format, levels)
         if key not in self._resolve:
             kind = "sorted" if self.sorted else "levels" if levels else "sortfree"
-            self._resolve[key] = self.device.create_render_pipeline(
-                layout="auto",
-                vertex={"module": self._resolve_code, "entry_point": "whole_picture"},
-                primitive={"topology": "triangle-list"},
-                fragment={
-                    "module": self._resolve_code,
-                    "entry_point": f"resolve_{kind}",
-                    "targets": [{"format": target_format}],
-                },
+            self._resolve[key] = self._full_size_pipeline(
+                f"resolve_{kind}", [{"format": target_format}]
             )
         return self._resolve[key]
 
+    def _compute_pipeline(self, module: Any, entry_point: str) -> Any:
+        function = {"module": module, "entry_point": entry_point}
+        return self.device.create_compute_pipeline(layout="auto", compute=function)
+
     def _splat_of(self, vertex: str, fragment: str) -> Any:
         targets = [{"format": name, "blend": self._blend} for name in self.formats]
-        return self.device.create_render_pipeline(
-            layout="auto",
-            vertex={"module": self._splat_code, "entry_point": vertex},
-            primitive={"topology": "triangle-list"},
-            fragment={"module": self._splat_code, "entry_point": fragment, "targets": targets},
-        )
+        return self._render_pipeline(self._splat_code, vertex, fragment, targets)
 
     def _enlarge_of(self, level: int) -> Any:
+        targets = [{"format": name} for name in self.formats]
+        return self._full_size_pipeline("add_enlarged", targets, constants={"LEVEL": level})
+
+    def _full_size_pipeline(self, fragment: str, targets: list[dict], **options: Any) -> Any:
+        code = self._resolve_code
+        return self._render_pipeline(code, "whole_picture", fragment, targets, **options)
+
+    def _render_pipeline(
+        self, module: Any, vertex: str, fragment: str, targets: list[dict], **options: Any
+    ) -> Any:
+        function = {"module": module, "entry_point": fragment, "targets": targets, **options}
         return self.device.create_render_pipeline(
             layout="auto",
-            vertex={"module": self._resolve_code, "entry_point": "whole_picture"},
+            vertex={"module": module, "entry_point": vertex},
             primitive={"topology": "triangle-list"},
-            fragment={
-                "module": self._resolve_code,
-                "entry_point": "add_enlarged",
-                "constants": {"LEVEL": level},
-                "targets": [{"format": name} for name in self.formats],
-            },
+            fragment=function,
         )
 
     def stamps(self, name: str, *, begin: bool = True, end: bool = True) -> dict[str, Any] | None:
@@ -263,8 +255,7 @@ class Program:
     def _make_pipelines(self) -> None:
         code = self.device.create_shader_module(code=shader("wide", "project"))
         entry = "project_sorted" if self.sorted else "project_sortfree"
-        stage = {"module": code, "entry_point": entry}
-        self.project = self.device.create_compute_pipeline(layout="auto", compute=stage)
+        self.project = self._compute_pipeline(code, entry)
         self._splat_code = self.device.create_shader_module(code=shader("wide", "splat"))
         color = {"src_factor": "one", "dst_factor": "one", "operation": "add"}
         alpha = {"src_factor": "zero", "dst_factor": "one-minus-src-alpha", "operation": "add"}
@@ -273,7 +264,7 @@ class Program:
         self._blend = {"color": color, "alpha": alpha}
         self._resolve_code = self.device.create_shader_module(code=shader("resolve"))
         self._resolve: dict[tuple[str, bool], Any] = {}
-        # what a GPU lacks shows here, not in the first frame
+        # a GPU that lacks something fails here, not in the first frame
         self.resolve(self.target)
         if self.sorted:
             self.splat = self._splat_of("corner_sorted", "cover")

@@ -40,7 +40,7 @@ from mobilegs.view.wgpu_device import (
 )
 
 BATCH = 128  # as in view.wgsl
-GAUSSIANS = 32  # of a work group of network.wgsl
+GROUP_GAUSSIANS = 32  # of a work group of network.wgsl
 LOOK_BYTES = 32  # of wide.wgsl's StoredLook
 AGREEMENT = 50.0  # dB, of images in float16 against the reference
 
@@ -68,8 +68,8 @@ def usable_gpu(blend_sorted: bool, full_precision: bool) -> Any:
     for gpu in gpus():
         try:
             program_of(gpu, blend_sorted, full_precision)
-            if draws_by_opengl(gpu) and (found := agreement(gpu)) < AGREEMENT:
-                raise InputError(f"{name_of(gpu)} renders wrong images ({found:.0f} dB)")
+            if draws_by_opengl(gpu) and (decibels := agreement(gpu)) < AGREEMENT:
+                raise InputError(f"{name_of(gpu)} renders wrong images ({decibels:.0f} dB)")
             return gpu
         except InputError as error:
             lacking.append(str(error))
@@ -210,8 +210,8 @@ class WgpuRenderer:
             sums = self._sums_of(camera)
             encoder = self.program.device.create_command_encoder()
             if self._network:
-                self._evaluate(encoder)
-            self._project(encoder)
+                self._compute(encoder, "network", self._network, GROUP_GAUSSIANS)
+            self._compute(encoder, "project", self._to_project, BATCH)
             self._splat(encoder, sums[0], leveled=leveled)
             self._resolve(encoder, sums, target, target_format)
             with translated_abort(self.program.gpu):
@@ -352,19 +352,11 @@ class WgpuRenderer:
             *_regions(camera),
         )
 
-    def _evaluate(self, encoder: Any) -> None:
-        self._compute(encoder, "network", self.program.network, self._network, GAUSSIANS)
-
-    def _project(self, encoder: Any) -> None:
-        self._compute(encoder, "project", self.program.project, self._to_project, BATCH)
-
-    def _compute(
-        self, encoder: Any, name: str, pipeline: Any, resources: Any, group_size: int
-    ) -> None:
+    def _compute(self, encoder: Any, name: str, resources: Any, group_size: int) -> None:
         groups = -(-self.count // group_size)
         across = min(groups, 65535)
         work = encoder.begin_compute_pass(timestamp_writes=self.program.stamps(name))
-        work.set_pipeline(pipeline)
+        work.set_pipeline(getattr(self.program, name))
         work.set_bind_group(0, resources)
         work.dispatch_workgroups(across, -(-groups // across))
         work.end()

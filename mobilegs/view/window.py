@@ -16,16 +16,17 @@ import numpy as np
 import torch
 from PIL import Image
 
-from mobilegs.atomic import atomic_path
+from mobilegs.atomic import atomic_path, free_path
 from mobilegs.camera import Camera
 from mobilegs.errors import InputError
 from mobilegs.evaluate.metrics import to_bytes
+from mobilegs.extras import extra_module
 from mobilegs.render.levels import usual_level_sigma
 from mobilegs.render.supersampling import supersampling_for
 from mobilegs.scene_file import open_with_views, up_source
 from mobilegs.up import AXES, USUAL, Axis, next_axis
 from mobilegs.view.input import COMMAND, Input, point_under
-from mobilegs.view.wgpu_device import INSTALL, translated_errors
+from mobilegs.view.wgpu_device import translated_errors
 from mobilegs.view.wgpu_renderer import WgpuRenderer
 from mobilegs.viewpoints.pose import Pose, camera_of, first_pose
 
@@ -35,7 +36,7 @@ FPS_MAX = 120
 SORT_ANGLE = math.cos(math.radians(0.5))  # sort again after a larger turn than this
 SECONDS_MAX = 0.1  # longest time step of flying
 TITLE_EVERY = 0.25  # seconds between updates of the title
-LINGER = 0.15  # seconds after an input for which frame times still count
+LINGER_SECONDS = 0.15  # seconds after an input for which frame times still count
 HELP = """\
   drag                  turn around the scene
   right drag, Shift     move sideways
@@ -83,13 +84,8 @@ def show(path: Path, up: Axis | None = None) -> None:
 
 def _toolkit() -> Any:
     """Return the module that opens windows. Raises InputError if it cannot."""
-    try:
-        import glfw
-        from rendercanvas import glfw as toolkit
-    except ImportError:
-        raise InputError(
-            f"a window needs rendercanvas and glfw, which are not installed: {INSTALL}"
-        ) from None
+    glfw = extra_module("glfw", "a window needs glfw", "native")
+    toolkit = extra_module("rendercanvas.glfw", "a window needs rendercanvas", "native")
     with warnings.catch_warnings():  # the error below replaces its warning
         warnings.simplefilter("ignore")
         ready = glfw.init()
@@ -192,10 +188,7 @@ class Window:
 
     def save(self) -> Path:
         """Write the current view to a new PNG file in the working folder. Returns its path."""
-        path, number = Path(f"{self._name}.png"), 1
-        while path.exists():
-            number += 1
-            path = Path(f"{self._name}-{number}.png")
+        path = free_path(Path(f"{self._name}.png"))
         camera = self.camera(*self.canvas.get_physical_size())
         n = supersampling_for(camera, self._views)
         image = self._renderer.render(camera, supersampling=n)
@@ -228,7 +221,7 @@ class Window:
         order = self._order_for(camera) if self._renderer.program.sorted else None
         n = supersampling_for(camera, self._views)
         self._renderer.render_into(target, self._format, camera, order=order, supersampling=n)
-        moving = self.input.busy or now - self._touched < LINGER
+        moving = self.input.busy or now - self._touched < LINGER_SECONDS
         self._last_frame = now if moving else None
         if self.timed and now - self._titled > TITLE_EVERY:
             self._titled = now

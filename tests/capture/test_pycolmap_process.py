@@ -59,7 +59,7 @@ def test_results_and_progress_arrive(shared: PycolmapProcess, tmp_path: Path) ->
 
 
 def test_exceptions_of_the_process_are_raised(shared: PycolmapProcess, tmp_path: Path) -> None:
-    with pytest.raises(InputError, match="nothing cannot be read"):
+    with pytest.raises(InputError, match=r"cannot read .*nothing"):
         shared.call("reading", file_digest, tmp_path / "nothing")
     (tmp_path / "cameras.bin").write_text("not a model")
     with pytest.raises(InputError, match="pycolmap failed while reading poses") as caught:

@@ -199,19 +199,6 @@ def test_info_describes_a_file(
     assert "unused streams" not in text and "header" in text
 
 
-def test_info_counts_huffman_codes_beside_the_indices(capsys: pytest.CaptureFixture[str]) -> None:
-    words = ["info", str(CONFORMANCE / "sq_layers.mgs")]
-    assert main([*words, "--json"]) == 0
-    rows = json.loads(capsys.readouterr().out)["streams"]
-    indices = [row for row in rows if "." in row["name"]]
-    assert [row for row in rows if row["huffman_bytes"] is not None] == indices
-    taken, huffman = (sum(row[key] for row in indices) for key in ("bytes", "huffman_bytes"))
-    assert 0 < huffman != taken
-    assert main(words) == 0
-    text = " ".join(capsys.readouterr().out.split())
-    assert f"{taken:,} bytes in rANS or bits; Huffman codes would take {huffman:,}" in text
-
-
 def test_info_counts_unused_streams_separately(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:

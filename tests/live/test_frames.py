@@ -8,7 +8,13 @@ import torch
 
 from mobilegs.camera import Camera, look_at
 from mobilegs.data.dataset import Dataset, View, load_view
-from mobilegs.live.frame_budget import BUDGET_MAX, GOAL, PIXELS_MIN, SHARE, FrameBudget
+from mobilegs.live.frame_budget import (
+    BUDGET_MAX,
+    FRAME_SECONDS,
+    PIXELS_MIN,
+    TIME_SHARE,
+    FrameBudget,
+)
 from mobilegs.live.frames import (
     GREY,
     TrainingCameras,
@@ -46,7 +52,7 @@ def test_frames_take_at_most_their_share_of_the_time(urgent: bool) -> None:
             clock.now += 0.2
             spent += 0.2
             budget.spend(0.2)
-    assert 0.9 * SHARE < spent / 1000 < SHARE + (BUDGET_MAX + 0.2) / 1000
+    assert 0.9 * TIME_SHARE < spent / 1000 < TIME_SHARE + (BUDGET_MAX + 0.2) / 1000
 
 
 def test_an_urgent_frame_may_use_the_reserve() -> None:
@@ -63,7 +69,7 @@ def test_the_resolution_follows_from_the_speed() -> None:
     budget = FrameBudget(Clock())
     budget.record_speed("resting", 100_000, 0.1)
     width, height = budget.size("resting", 3000, 2000)
-    assert width * height == pytest.approx(1e6 * GOAL["resting"], rel=0.01)
+    assert width * height == pytest.approx(1e6 * FRAME_SECONDS["resting"], rel=0.01)
     assert width / height == pytest.approx(1.5, rel=0.01)
     budget.record_speed("moving", 100_000, 100.0)
     width, height = budget.size("moving", 3000, 2000)

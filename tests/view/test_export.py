@@ -28,6 +28,7 @@ from mobilegs.scene_file import open_with_views
 from mobilegs.up import Axis
 from mobilegs.view.assets import CHUNKS, DIST, chunk, element_script, version_of, viewer_script
 from mobilegs.view.poster import posters_of
+from mobilegs.viewpoints.pose import camera_of, first_pose
 from tests.support.browser import Chromium, Tab
 from tests.support.scene_cases import Case, make_scene
 from tests.support.viewer_page import COUNT_WORKERS, SETTLED, until

@@ -166,8 +166,8 @@ class DemoScene:
             window = (_span(v, reach, _SHADOW_TEXELS), _span(u, reach, _SHADOW_TEXELS))
             local = start[:, *window]
             origins = (self._sun_axes.T @ local.reshape(3, -1)).reshape(local.shape)
-            found = 10.0 - solid.shape.hit(origins, along(-_SUN, origins))
-            heights[window] = torch.maximum(heights[window], found)
+            height = 10.0 - solid.shape.hit(origins, along(-_SUN, origins))
+            heights[window] = torch.maximum(heights[window], height)
         return heights
 
     def _sunlit(self, position: Tensor) -> Tensor:

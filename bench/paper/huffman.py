@@ -1,6 +1,6 @@
 """The bytes that Huffman codes would take for the indices, which the file has in rANS or bits.
 
-The paper codes indices by Huffman; `mobilegs info` and bench/paper report these bytes.
+The paper codes indices by Huffman.
 """
 
 import heapq
@@ -19,7 +19,7 @@ def huffman_bytes(scene: QuantizedScene) -> dict[str, int]:
     A stream has the bits of its code words, and a table for the canonical code: a byte with the
     bits of the longest length, then the length of each symbol in as many bits.
     """
-    codings, found = attribute_codings(scene), {}
+    codings, stream_bytes = attribute_codings(scene), {}
     for number, rows in enumerate(scene.lod_slices()):
         level = scene.select(rows)
         for name, codes in level.indices.items():
@@ -33,8 +33,8 @@ def huffman_bytes(scene: QuantizedScene) -> dict[str, int]:
                 counts = np.bincount(column, minlength=size)
                 lengths = code_lengths(counts)
                 bits = 8 + size * int(lengths.max()).bit_length() + int(counts @ lengths)
-                found[in_level(f"{name}.{i}", number)] = (bits + 7) // 8
-    return found
+                stream_bytes[in_level(f"{name}.{i}", number)] = (bits + 7) // 8
+    return stream_bytes
 
 
 def code_lengths(counts: Int[np.ndarray, "a"]) -> Int[np.ndarray, "a"]:

@@ -7,8 +7,8 @@ from collections import Counter
 import numpy as np
 import pytest
 
+from bench.paper.huffman import code_lengths, huffman_bytes
 from mobilegs.mgs.codec import decode_mgs, encode_mgs, inspect
-from mobilegs.mgs.huffman import code_lengths, huffman_bytes
 from tests.support.scene_cases import CASES, make_scene
 
 
