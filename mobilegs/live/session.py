@@ -105,8 +105,11 @@ class LiveSession:
             size = self.budget.size(request.detail, *request.canvas)
             camera = request.source.camera(*size, near=self._dataset.near)
             camera = camera.to(self._scene.background.device)
-            render = frames.render_depth if request.mode == "depth" else frames.render_color
-            frame = to_bytes(render(self._scene, camera)).cpu().numpy()
+            if request.mode == "depth":
+                image = frames.render_depth(self._scene, camera)
+            else:
+                image = self._scene.render(camera).image
+            frame = to_bytes(image).cpu().numpy()
             self.budget.record_speed(request.detail, size[0] * size[1], time.monotonic() - began)
         else:
             image, said = self._photo_image(
