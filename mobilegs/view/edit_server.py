@@ -32,8 +32,8 @@ from mobilegs.framing import Start
 from mobilegs.mgs.codec import inspect_mgs, read_mgs
 from mobilegs.up import unit, written_up
 from mobilegs.view.assets import (
-    CHUNKS,
     SCRIPT,
+    SCRIPTS,
     TITLE,
     editor_script,
     escaped,
@@ -141,7 +141,7 @@ class EditHandler(Handler):
             return
         if asked == "":
             self._answer("text/html", editor_page(self.server))
-        elif asked in ("viewer.js", "scene", *CHUNKS):
+        elif asked in ("scene", *SCRIPTS):
             self.path = f"/{asked}?{urlsplit(self.path).query}"
             super().do_GET()
         elif asked == "edit.js":

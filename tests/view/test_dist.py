@@ -18,7 +18,7 @@ SHADERS = sorted((VIEWER / "shaders").glob("*.wgsl"))
 def test_the_committed_build_is_current(tmp_path: Path) -> None:
     if not (VIEWER / "node_modules" / "esbuild").is_dir():
         pytest.skip("needs the viewer's tools (npm ci in viewer/)")
-    command = [node_program(), VIEWER / "build.mjs", tmp_path]
+    command = [node_program(), VIEWER / "build.mjs", "view", tmp_path]
     subprocess.run(command, check=True, capture_output=True, timeout=120)
     built, committed = (
         {path.name: path.read_bytes() for path in folder.iterdir()} for folder in (tmp_path, DIST)
