@@ -46,7 +46,11 @@ const slim = (text) =>
     .join("\n") + "\n";
 
 /** A slim text without spaces that no token needs; those of macros stay. @param {string} text */
-const tight = (text) => text.replace(/^[^#].*$/gm, (line) => line.replace(/ ?([,;{}()+*/?:]) ?/g, "$1"));
+const tight = (text) =>
+  text.replace(/^[^#].*$/gm, (line) =>
+    // `>` may end a type, and the next character would belong to it
+    line.replace(/ ?([,;{}()+*/?:]) ?/g, "$1").replace(/(?<!>) ([!=<+*/-]?=|&&|\|\|) /g, "$1"),
+  );
 
 /** Shaders of a language by file. @param {string} language */
 const shadersOf = (language) =>

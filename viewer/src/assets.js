@@ -63,9 +63,9 @@ class PackedWorker {
   async postMessage(message, options) {
     try {
       (await this.#worker).postMessage(message, options);
-    } catch (error) {
+    } catch {
       // the script is missing, or the page's content security policy forbids workers
-      this.onerror?.(new ErrorEvent("error", { error, message: String(error), cancelable: true }));
+      this.onerror?.(new ErrorEvent("error"));
     }
   }
 

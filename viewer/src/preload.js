@@ -7,15 +7,10 @@ import { startLoading } from "./load/scene_worker.js";
 
 const parameters = new URLSearchParams(location.search);
 const source = parameters.get("url") || document.querySelector("mobile-gs")?.getAttribute("src");
+const webgl = parameters.get("renderer") === "webgl" || !navigator.gpu;
+if (!webgl) globalThis.preloadedAdapter = navigator.gpu.requestAdapter({ powerPreference: "high-performance" });
 // the viewer does the same work later and reports what goes wrong
-const nothing = () => {};
-if (parameters.get("renderer") === "webgl" || !navigator.gpu) {
-  import("./render/webgl.js").catch(nothing);
-  import("./glsl.packed.js").catch(nothing);
-} else {
-  globalThis.preloadedAdapter = navigator.gpu.requestAdapter({ powerPreference: "high-performance" });
-  import("./wgsl.packed.js").catch(nothing);
-}
+void Promise.allSettled(webgl ? [import("./render/webgl.js"), import("./glsl.packed.js")] : [import("./wgsl.packed.js")]);
 try {
   if (source) {
     const url = new URL(source, document.baseURI).href;

@@ -7,7 +7,7 @@
 
 import { LEVELS, levelPlaces, levelSizes } from "./levels.js";
 import { BATCH } from "./quads.js";
-import { strides } from "./types.js";
+import { strides, variantsOf } from "./types.js";
 import { FLOAT16_SCALE, magnified, viewUniforms } from "./view_uniforms.js";
 import { FrameTimer } from "./webgl_timer.js";
 import { WebGlDots } from "./webgl_dots.js";
@@ -289,10 +289,7 @@ export class WebGlRenderer {
 
   /** The variants that this device supports. @returns {Variant[]} */
   get variants() {
-    return (blendsFloats(this.#gl) ? [false, true] : [false]).flatMap((floats) => [
-      { floats, strips: false },
-      { floats, strips: true },
-    ]);
+    return variantsOf(blendsFloats(this.#gl));
   }
 
   /** The context that this renderer uses alone. */

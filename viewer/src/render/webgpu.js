@@ -2,7 +2,7 @@
 
 import { levelPlaces, levelSizes } from "./levels.js";
 import { BATCH, CORNERS } from "./quads.js";
-import { strides } from "./types.js";
+import { strides, variantsOf } from "./types.js";
 import { FLOAT16_SCALE, VIEW_BYTES, magnified, viewUniforms } from "./view_uniforms.js";
 import { GAUSSIANS } from "./view_network.js";
 import { WebGpuDots } from "./webgpu_dots.js";
@@ -101,10 +101,7 @@ export class WebGpuRenderer {
 
   /** The variants that this device supports. @returns {Variant[]} */
   get variants() {
-    return (this.#program.blendsFloats ? [false, true] : [false]).flatMap((floats) => [
-      { floats, strips: false },
-      { floats, strips: true },
-    ]);
+    return variantsOf(this.#program.blendsFloats);
   }
 
   /** Milliseconds by pass of the last timed frame; null where the device has no timer. */
