@@ -90,7 +90,7 @@ viewer: viewer/node_modules/.package-lock.json
 
 # build/npm: `npm pack ./build/npm` makes a tarball of it
 package: viewer/node_modules/.package-lock.json
-	$(NODE) viewer/build_package.mjs
+	$(NODE) viewer/build.mjs npm
 
 install: $(VENV)/installed
 

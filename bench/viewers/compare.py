@@ -54,7 +54,7 @@ from bench.viewers.serve import Server
 from mobilegs.camera import Camera, look_at
 from mobilegs.mgs.codec import read_mgs
 from mobilegs.scene_file import open_scene
-from mobilegs.view.assets import viewer_script
+from mobilegs.view.assets import script
 
 PAGES = ROOT / "bench" / "viewers"
 PEERS = ROOT / "build" / "viewers"  # where npm installs
@@ -218,7 +218,8 @@ def viewer_bytes(variant: Variant) -> int | None:
     if variant.module == "three-mesh":
         return None
     if variant.module == "ours":
-        return len(gzip.compress(viewer_script().encode()))
+        files = map(script, ("viewer.js", "worker.js", "wgsl.js"))
+        return sum(len(gzip.compress(text.encode())) for text in files)
     program = PEERS / "node_modules" / ".bin" / "esbuild"
     options = ["--bundle", "--minify", "--format=esm", "--log-level=error"]
     page = PAGES / f"{variant.module}.js"

@@ -7,6 +7,8 @@ from pathlib import Path
 from typing import Any
 from urllib.parse import urlsplit
 
+from mobilegs.view.assets import DIST
+
 TYPES = {".html": "text/html", ".js": "text/javascript", ".mjs": "text/javascript"}
 TYPES |= {".json": "application/json", ".wasm": "application/wasm", ".css": "text/css"}
 
@@ -29,6 +31,8 @@ class Server(ThreadingHTTPServer):
         first, _, rest = path.partition("/")
         if first == "scene":
             return self.scenes[Path(rest).suffix[1:]]
+        if path.endswith(".packed.js"):  # of the viewer, which the build makes
+            return DIST / Path(path).name.replace(".packed", "")
         if rest and first in self.folders:
             return self.folders[first] / rest
         return self.folders[""] / path

@@ -2,13 +2,24 @@
 
 import hashlib
 import html
-import json
 from functools import cache
 from pathlib import Path
 
 DIST = Path(__file__).parent / "dist"
-# parts of viewer.js that it loads when they are needed, from files beside it
-CHUNKS = ("formats.js", "webgl.js", "languages.js", "extras.js", "xr.js")
+# the viewer's page, and what it loads from files beside it: workers, shaders, and parts that few
+# visits need
+SCRIPTS = (
+    "viewer.js",
+    "worker.js",
+    "wgsl.js",
+    "glsl.js",
+    "webgl.js",
+    "formats.js",
+    "languages.js",
+    "extras.js",
+    "report.js",
+    "xr.js",
+)
 # parts of index.html that pages replace
 SCRIPT = '<script type="module" src="viewer.js"></script>'
 TITLE = "<title>mobilegs</title>"
@@ -21,29 +32,23 @@ def index_page() -> str:
 
 
 @cache
-def viewer_script() -> str:
-    """The viewer's page, which is also the script of its workers; it loads `CHUNKS`.
+def script(name: str) -> str:
+    """One of `SCRIPTS`.
 
-    It shows the scene that the page's address names, or else the one in the element with the id
+    The page shows the scene that its address names, or else the one in the element with the id
     `scene` (base64), or else the one that `<mobile-gs>` names.
     """
-    return _read("viewer.js")
+    assert name in SCRIPTS
+    return _read(name)
 
 
 @cache
 def element_script() -> str:
     """The custom element `<mobile-gs>`, as one script.
 
-    With the attribute `page` the element is a whole page, as that of `viewer_script`.
+    With the attribute `page` the element is a whole page, as that of `viewer.js`.
     """
     return _read("mobile-gs.js")
-
-
-@cache
-def chunk(name: str) -> str:
-    """One of `CHUNKS`."""
-    assert name in CHUNKS
-    return _read(name)
 
 
 @cache
@@ -75,21 +80,18 @@ def shader(name: str) -> str:
 
 
 @cache
-def version_of(script: str) -> str:
+def version_of(text: str) -> str:
     """The first 16 hexadecimal digits of a script's SHA-256: the query of its address."""
-    return hashlib.sha256(script.encode()).hexdigest()[:16]
+    return hashlib.sha256(text.encode()).hexdigest()[:16]
 
 
 def script_tags(path: str) -> str:
     """The HTML that starts the viewer, to follow its element; `path` is that of its script.
 
-    The script's address contains its version, so that browsers may cache it forever and workers
-    have the page's version.
+    The addresses of scripts contain their versions, so that browsers may cache them forever.
     """
-    address = f"{path}?{version_of(viewer_script())}"
+    address = f"{path}?{version_of(script('viewer.js'))}"
     preload = _read("preload.js").strip()
-    assert preload.count('"viewer.js"') == 1
-    preload = preload.replace('"viewer.js"', json.dumps(address))
     return f'<script>\n{preload}\n</script>\n    <script type="module" src="{address}"></script>'
 
 

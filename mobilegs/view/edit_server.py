@@ -27,7 +27,7 @@ from mobilegs.edit.scene_edit import EditReport, SceneEdit, edit_file, free_name
 from mobilegs.errors import InputError
 from mobilegs.mgs.codec import inspect_mgs, read_mgs
 from mobilegs.up import unit, written_up
-from mobilegs.view.assets import CHUNKS, SCRIPT, TITLE, editor_script, escaped, script_tags
+from mobilegs.view.assets import SCRIPT, SCRIPTS, TITLE, editor_script, escaped, script_tags
 from mobilegs.view.export import ELEMENT, page_with
 from mobilegs.view.private_server import PrivateHandler, PrivateServer
 from mobilegs.view.serve import Handler, Server, validate_scene_file
@@ -105,7 +105,7 @@ class EditHandler(PrivateHandler):
     def get(self, asked: str) -> None:
         if asked == "":
             self._answer_text("text/html", editor_page(self.server))
-        elif asked in ("viewer.js", "scene", *CHUNKS):
+        elif asked in ("scene", *SCRIPTS):
             self.path = f"/{asked}?{urlsplit(self.path).query}"
             Handler.do_GET(self)
         elif asked == "edit.js":

@@ -16,16 +16,15 @@ from mobilegs.errors import InputError
 from mobilegs.mgs.codec import inspect_mgs
 from mobilegs.up import Axis
 from mobilegs.view.assets import (
-    CHUNKS,
     SCRIPT,
+    SCRIPTS,
     TITLE,
-    chunk,
     element_script,
     escaped,
     index_page,
+    script,
     script_tags,
     service_worker,
-    viewer_script,
 )
 from mobilegs.view.poster import SIZE, Posters, data_url, encoded, jpeg, posters_of
 from mobilegs.view.serve import SUFFIXES, validate_scene_file
@@ -140,8 +139,7 @@ def export_site(
         "manifest.webmanifest": _manifest(title),
         "poster.jpg": jpeg(image),
         "icon.png": _icon(image),
-        "viewer.js": viewer_script().encode(),
-        **{part: chunk(part).encode() for part in CHUNKS},
+        **{file: script(file).encode() for file in SCRIPTS},
         "mobile-gs.js": element_script().encode(),
         name: scene.read_bytes(),
     }
@@ -232,7 +230,7 @@ def _service_worker(files: dict[str, bytes], name: str, version: str) -> bytes:
     """Return sw.js, which knows the version and the SHA-256 of the files that it keeps."""
     # no digests of pages and images, which hosts may change
     expected = {".": version, "index.html": version, **dict.fromkeys(UNVERIFIED, "")}
-    kept = ("viewer.js", *CHUNKS, name)
+    kept = (*SCRIPTS, name)
     expected |= {file: hashlib.sha256(files[file]).hexdigest() for file in kept}
     changes = {
         'VERSION = ""': f'VERSION = "{version}"',

@@ -23,15 +23,14 @@ from mobilegs.formats.ply import COLUMNS, read_ply_up
 from mobilegs.scene_file import up_source
 from mobilegs.up import Axis
 from mobilegs.view.assets import (
-    CHUNKS,
     SCRIPT,
+    SCRIPTS,
     TITLE,
-    chunk,
     escaped,
     index_page,
+    script,
     script_tags,
     version_of,
-    viewer_script,
 )
 
 SCENE, OTHER = "/scene", "/other"  # the viewer recognises a format by its first bytes
@@ -131,7 +130,8 @@ class Server(BoundedServer):
             super().__init__((host, port), Handler)
         except OSError as error:
             raise InputError(f"cannot listen on {host}:{port}: {error.strerror}") from None
-        _gzipped(viewer_script())  # before the first request
+        for name in ("viewer.js", "worker.js"):  # before the first request
+            _gzipped(script(name))
 
     def address(self, host: str) -> str:
         """Return the page's URL for a browser that reaches this machine as `host`."""
@@ -188,10 +188,10 @@ class Handler(BaseHTTPRequestHandler):
             page = index_page().replace(SCRIPT, script_tags(VIEWER))
             title = f"<title>{escaped(self.server.title)}</title>"
             self._answer_text("text/html", page.replace(TITLE, title))
-        elif request.path == VIEWER or request.path[1:] in CHUNKS:
-            script = viewer_script() if request.path == VIEWER else chunk(request.path[1:])
-            immutable = request.query == version_of(script)
-            self._answer_text("text/javascript", script, immutable=immutable)
+        elif request.path[1:] in SCRIPTS:
+            text = script(request.path[1:])
+            immutable = request.query == version_of(text)
+            self._answer_text("text/javascript", text, immutable=immutable)
         elif path in self.server.scenes:
             self._answer_scene(self.server.scenes[path])
         else:

@@ -13,6 +13,7 @@ import numpy as np
 import pytest
 
 from bench.viewers.chromium import installed, launched
+from mobilegs.view.assets import DIST
 
 VIEWER = Path(__file__).parents[2] / "viewer"
 TYPES = {
@@ -46,7 +47,10 @@ export async function call(run, given, arrays) {
 
 
 class Server(ThreadingHTTPServer):
-    """Serves the viewer's sources at `/`, a blank page, and arrays in both directions."""
+    """Serves the viewer's sources at `/`, a blank page, and arrays in both directions.
+
+    The build is at `/dist/`; its workers and shaders are also those of the sources.
+    """
 
     daemon_threads = True
 
@@ -79,13 +83,16 @@ class Handler(BaseHTTPRequestHandler):
     def do_GET(self) -> None:
         path = urlsplit(self.path).path
         file = (VIEWER / path.lstrip("/")).resolve()
+        root = VIEWER
+        if path.startswith("/dist/") or path.endswith(".packed.js"):
+            file, root = DIST / file.name.replace(".packed", ""), DIST
         if path == "/blank.html":
             self._answer(BLANK, ".html")
         elif path == "/call.js":
             self._answer(CALL.encode(), ".js")
         elif path.startswith("/arrays/"):
             self._answer(self.server.arrays[path.removeprefix("/arrays/")])
-        elif file.is_relative_to(VIEWER) and file.suffix in TYPES and file.is_file():
+        elif file.is_relative_to(root) and file.suffix in TYPES and file.is_file():
             self._answer(file.read_bytes(), file.suffix)
         else:
             self.send_error(HTTPStatus.NOT_FOUND)

@@ -53,7 +53,7 @@ def packed(folder: Path) -> tuple[Path, dict[str, Any]]:
     """Build and pack the package; return the tarball, and what npm tells of it."""
     if not (MODULES / "vite").is_dir():
         pytest.skip("needs the viewer's tools (npm ci in viewer/)")
-    run(VIEWER, "build_package.mjs", folder / "package")
+    run(VIEWER, "build.mjs", "npm", folder / "package")
     (told,) = json.loads(npm(folder, "pack", "--json", "./package"))
     return folder / told["filename"], told
 

@@ -38,15 +38,15 @@ HAS_GAUSSIANS = """async () => {
 }"""
 LOD_SIZES = (150, 1, 649)
 SMALL = {"width": 320, "height": 240}
-# records the names of started workers (a preloaded one has its scene's URL); counts adapters
+# records the addresses that workers are asked to load; counts adapters
 COUNT_WORKERS = """{
   window.begun = [];
   window.adapters = 0;
   const Own = Worker;
   window.Worker = class extends Own {
-    constructor(address, options) {
-      super(address, options);
-      begun.push(options?.name ?? "");
+    postMessage(message, options) {
+      super.postMessage(message, options);
+      begun.push(message.url);
     }
   };
   const { requestAdapter } = GPU.prototype;

@@ -17,7 +17,7 @@ from mobilegs.cli.main import main
 from mobilegs.errors import InputError
 from mobilegs.mgs.codec import decode_mgs, encode_mgs, read_mgs
 from mobilegs.mgs.quantized_scene import scenes_equal
-from mobilegs.view.assets import editor_script, viewer_script
+from mobilegs.view.assets import editor_script, script
 from mobilegs.view.edit_server import SETTINGS_MAX, EditServer, edit_from_page
 from tests.support.viewer_page import MGS
 
@@ -85,7 +85,7 @@ def test_the_page_and_its_files_are_served_under_the_token(server: EditServer) -
     assert headers["Referrer-Policy"] == "no-referrer"
     assert "frame-ancestors 'none'" in headers["Content-Security-Policy"]
     assert ask(server, "GET", f"{server.path}scene")[2] == MGS
-    assert ask(server, "GET", f"{server.path}viewer.js?1")[2].decode() == viewer_script()
+    assert ask(server, "GET", f"{server.path}viewer.js?1")[2].decode() == script("viewer.js")
     assert ask(server, "GET", f"{server.path}edit.js")[2].decode() == editor_script()
     assert ask(server, "GET", f"{server.path}webgl.js")[0] == 200
     found = json.loads(ask(server, "GET", f"{server.path}notes")[2])

@@ -23,7 +23,7 @@ from mobilegs.errors import InputError
 from mobilegs.formats.ply import COLUMNS
 from mobilegs.progress_display import printed_log
 from mobilegs.up import Axis
-from mobilegs.view.assets import viewer_script
+from mobilegs.view.assets import script
 from mobilegs.view.serve import SCENE, Handler, Server, own_address, serve
 
 
@@ -259,9 +259,9 @@ def test_the_title_names_the_scenes(tmp_path: Path) -> None:
 def test_the_script_of_the_page_is_served(server: Server) -> None:
     _, _, page = get(server, "/?url=/scene")
     found = re.search(rb'src="(/viewer\.js\?\w{16})"', page)
-    assert found and page.count(found[1]) == 2  # for the page and for its worker
+    assert found and page.count(found[1]) == 1
     status, headers, body = get(server, found[1].decode())
-    assert status == 200 and body.decode() == viewer_script()
+    assert status == 200 and body.decode() == script("viewer.js")
     assert "immutable" in headers["Cache-Control"]
     for address in ("/viewer.js", "/viewer.js?0123456789abcdef"):
         status, headers, other = get(server, address)

@@ -78,8 +78,7 @@ globalThis.self = {
   postMessage: (message, { transfer }) => page.receive(structuredClone(message, { transfer })),
 };
 globalThis.Worker = undefined;
-const { startWorker } = await import("../../viewer/src/load/worker.js");
-startWorker();
+await import("../../viewer/src/load/worker.js");
 
 /** Loads bytes as the worker does that a page starts. @param {BlobPart} bytes */
 async function loaded(bytes) {

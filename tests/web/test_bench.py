@@ -66,12 +66,12 @@ window.drawn = [];
 
 
 def measured(tab: Tab, bench: str, renderer: str, *files: bytes) -> dict[str, Any]:
-    """Open the page from its sources with `?bench` and some scenes, and return the report."""
+    """Open the page with `?bench` and some scenes, and return the report."""
     for i, data in enumerate(files):
         tab.share(f"{i}.mgs", data)
     urls = "".join(f"&url=/arrays/{i}.mgs" for i in range(len(files)))
     wishes = f"bench={bench}&renderer={renderer}&variant=floats"
-    tab.page.goto(f"{tab.address}/src/index.html?{wishes}{urls}")
+    tab.page.goto(f"{tab.address}/dist/index.html?{wishes}{urls}")
     tab.page.get_by_role("dialog", name="Benchmark").wait_for(timeout=120_000)
     return json.loads(tab.page.get_by_label("Results as JSON").input_value())
 
@@ -190,6 +190,6 @@ def test_a_second_scene_that_cannot_be_loaded_ends_the_measurement(tab: Tab) -> 
     tab.share("0.mgs", PLAIN)
     tab.share("1.mgs", b"no scene at all")
     wishes = "bench=1,32x32&renderer=webgl&url=/arrays/0.mgs&url=/arrays/1.mgs"
-    tab.page.goto(f"{tab.address}/src/index.html?{wishes}")
+    tab.page.goto(f"{tab.address}/dist/index.html?{wishes}")
     tab.page.get_by_role("alert").filter(has_text=".").wait_for(timeout=60_000)
     assert tab.page.get_by_role("dialog", name="Benchmark").is_hidden()

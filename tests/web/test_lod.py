@@ -1,10 +1,10 @@
 """LOD levels: refused files, and levels shown while the rest is loading."""
 
+import json
 from dataclasses import replace
 from typing import Any
 
 import pytest
-from playwright.sync_api import Route
 
 from mobilegs.mgs.codec import decode_mgs, encode_mgs
 from mobilegs.representation.lobes import LobeShape
@@ -31,7 +31,7 @@ pytestmark = pytest.mark.thorough
 
 PROGRESS = "document.querySelector('mobile-gs').shadowRoot.querySelector('.bar').ariaValueNow"
 # in the worker time passes a thousand times as fast, so that every wait for bytes is a long one
-SLOW_NETWORK = """if (!globalThis.document) {
+SLOW_NETWORK = """{
   const { now } = performance;
   performance.now = () => 1000 * now.call(performance);
   const { setInterval } = globalThis;
@@ -111,11 +111,17 @@ def test_a_slow_scene_shows_dots_until_colours_arrive(
     data = encode_mgs(make_scene(Case(count, LobeShape(2, 12, (64,)), size=300)))
     gate = Gate(monkeypatch, data)
 
-    def slow(route: Route) -> None:
-        answer = route.fetch()
-        route.fulfill(response=answer, body=SLOW_NETWORK + answer.text())
-
-    tab.page.context.route("**/viewer.js*", slow)
+    tab.page.add_init_script(
+        f"""{{
+          const Own = Blob;
+          window.Blob = class extends Own {{
+            constructor(parts, options) {{
+              const script = options?.type === "text/javascript";
+              super(script ? [{json.dumps(SLOW_NETWORK)}, ...parts] : parts, options);
+            }}
+          }};
+        }}"""
+    )
     open_page(tab, served("scene.mgs", data), "webgpu")
     gate.let(behind(data, "positions"))
     tab.page.wait_for_function(f"{SHOWN} === {count}", timeout=30_000)

@@ -1,13 +1,11 @@
 """The viewer's page in Chromium, served by `mobilegs view`."""
 
 import base64
-import re
 from pathlib import Path
 from typing import Any
 
 import pytest
 import torch
-from playwright.sync_api import Route
 
 from mobilegs.evaluate.metrics import psnr
 from mobilegs.formats.ply import read_ply, write_ply
@@ -194,25 +192,11 @@ def test_a_browser_without_webgpu_and_webgl_shows_an_error(tab: Tab, served: Any
     assert "cannot draw the scene" in said
 
 
-@pytest.mark.parametrize(
-    ("file", "sentence"),
-    [("src/viewer.js", "own files could not be loaded"), ("view.*sl", "missing on the server")],
-)
-def test_missing_files_of_the_viewer_show_an_error(tab: Tab, file: str, sentence: str) -> None:
-    requested: list[str] = []
-
-    def answer(route: Route) -> None:
-        requested.append(route.request.url)
-        if file == "src/viewer.js" and len(requested) == 1:  # by the page, then by its worker
-            route.continue_()
-        else:
-            route.fulfill(status=404)
-
-    tab.page.route(re.compile(rf"/{file}$"), answer)
-    tab.page.goto(f"{tab.address}/src/index.html?url=/scene")
-    said = tab.page.wait_for_function(SETTLED, timeout=60_000).json_value()
-    print(said)
-    assert sentence in said
+@pytest.mark.parametrize("file", ["worker.js", "wgsl.js"])
+def test_missing_files_of_the_viewer_show_an_error(tab: Tab, served: Any, file: str) -> None:
+    tab.page.route(f"**/{file}?*", lambda route: route.fulfill(status=404))
+    said = visit(tab, served("scene.mgs", MGS), "renderer=webgpu")
+    assert "own files could not be loaded" in said
     tab.ignore("status of 404")
 
 

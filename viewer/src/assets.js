@@ -1,42 +1,79 @@
-/** The viewer's own files, from source: a browser loads each module. `assets_bundle.js` replaces this module in the bundle. */
-
-/** Start a worker that loads scenes or helps with it. @returns {Worker} */
-export function newWorker() {
-  return new Worker(new URL("./viewer.js", import.meta.url), { type: "module" });
-}
-
 /**
- * Start a worker that loads a scene.
+ * The viewer's own files: the parts of its script that are loaded when they are needed, workers and shaders.
  *
- * @param {import("./load/worker.js").Request} request
- * @param {(event: MessageEvent<import("./load/worker.js").Message>) => void} receive called with each message
- * @returns {Worker}
+ * Workers and shaders are compressed texts in modules `NAME.packed.js`, which the build makes. So they are where the
+ * script is, and a page in one file, content networks and bundlers without settings all start workers in one way.
  */
-export function loadingWorker(request, receive) {
-  const worker = newWorker();
-  worker.onmessage = receive;
-  worker.postMessage(request);
-  return worker;
+
+/** @typedef {Promise<{text: string}>} Packed a module `NAME.packed.js` */
+
+/** A part of the script. @template T @param {Promise<T>} loading @returns {Promise<T>} */
+export async function own(loading) {
+  try {
+    return await loading;
+  } catch {
+    throw new Error("the viewer's own files could not be loaded: reload the page");
+  }
 }
 
-/** @returns {Promise<GPUAdapter | null>} */
-export function findAdapter() {
-  return navigator.gpu.requestAdapter({ powerPreference: "high-performance" });
+/** @param {string} text */
+export const bytesOfBase64 = (text) => Uint8Array.from(atob(text), (character) => character.charCodeAt(0));
+
+/** @param {Packed} packed @returns {Promise<string>} */
+export async function unpacked(packed) {
+  const { text } = await packed;
+  return new Response(new Blob([bytesOfBase64(text)]).stream().pipeThrough(new DecompressionStream("deflate"))).text();
 }
 
-/** The text of a shader. @param {string} file @returns {Promise<string>} */
-export async function shaderText(file) {
-  const response = await fetch(new URL(`../shaders/${file}`, import.meta.url));
-  if (!response.ok) throw new Error(`the viewer's own file ${file} is missing on the server`);
-  return response.text();
+/** The shaders of a language by name, or the texts of the interface by language. @param {Packed} packed @returns {Promise<Record<string, any>>} */
+export const parsed = async (packed) => JSON.parse(await own(unpacked(packed)));
+
+/** An address of a script, for workers. They are no modules: pages from `file:` may not start those. @param {string} text */
+export const addressOf = (text) => URL.createObjectURL(new Blob([text], { type: "text/javascript" }));
+
+/** Addresses of scripts of workers by module: they stay, since a worker starts its helpers from its own. @type {Map<unknown, Promise<string>>} */
+const addresses = new Map();
+
+/** A worker that starts once its module is unpacked. */
+class PackedWorker {
+  /** @type {((event: MessageEvent) => void) | null} */
+  onmessage = null;
+  /** @type {((event: ErrorEvent) => void) | null} */
+  onerror = null;
+  #ended = false;
+  #worker;
+
+  /** @param {Packed} packed */
+  constructor(packed) {
+    this.#worker = this.#start(packed);
+  }
+
+  /** @param {Packed} packed */
+  async #start(packed) {
+    const module = await packed;
+    if (!addresses.has(module)) addresses.set(module, unpacked(packed).then(addressOf));
+    const worker = new Worker(/** @type {string} */ (await addresses.get(module)));
+    worker.onmessage = (event) => this.onmessage?.(event);
+    worker.onerror = (event) => this.onerror?.(event);
+    if (this.#ended) worker.terminate();
+    return worker;
+  }
+
+  /** @param {unknown} message @param {StructuredSerializeOptions} [options] */
+  async postMessage(message, options) {
+    try {
+      (await this.#worker).postMessage(message, options);
+    } catch {
+      // the script is missing, or the page's content security policy forbids workers
+      this.onerror?.(new ErrorEvent("error"));
+    }
+  }
+
+  async terminate() {
+    this.#ended = true;
+    (await this.#worker.catch(() => null))?.terminate();
+  }
 }
 
-/** The version of the package. */
-export function version() {
-  return "source";
-}
-
-/** The scene that the page embeds. @returns {Blob | null} */
-export function embeddedScene() {
-  return null;
-}
+/** @param {Packed} packed @returns {Worker} */
+export const packedWorker = (packed) => /** @type {Worker} */ (/** @type {unknown} */ (new PackedWorker(packed)));

@@ -36,22 +36,18 @@
  * `data-state` is `loading`, then `loaded` or `failed`.
  */
 
-import { extras } from "./chunks.js";
+import { own } from "./assets.js";
 import { giveBack, seen, take, used } from "./contexts.js";
 import { STILL, VIEWER_ATTRIBUTES, applyAttribute, optionsOf } from "./viewer/attributes.js";
 import { LoadProgress } from "./viewer/load_progress.js";
 import { Chrome } from "./viewer/chrome.js";
 import { Dialogs } from "./viewer/dialogs.js";
 import { listenToFiles, listenToKeys } from "./viewer/element_input.js";
-import { followCamera } from "./viewer/follow.js";
 import { icon } from "./viewer/icons.js";
 import { filled, languageOf, localize, textsOf } from "./viewer/localize.js";
 import { applySetting, showSettings } from "./viewer/settings.js";
 import { shareable } from "./viewer/share.js";
-import { makeJoystick } from "./viewer/joystick.js";
 import { poseFromHash, poseToHash } from "./viewer/pose_hash.js";
-import { Split } from "./viewer/split.js";
-import { FrameStats } from "./viewer/stats.js";
 import { TEMPLATE } from "./viewer/template.js";
 import { en } from "./viewer/texts.js";
 import { Viewer } from "./viewer/viewer.js";
@@ -59,7 +55,8 @@ import { Viewer } from "./viewer/viewer.js";
 /** @import { Request } from "./load/worker.js" */
 /** @import { Choice } from "./render/create_renderer.js" */
 /** @import { Pose } from "./viewer/pose.js" */
-/** @import { Stats } from "./viewer/stats.js" */
+/** @import { Split } from "./viewer/split.js" */
+/** @import { FrameStats, Stats } from "./viewer/stats.js" */
 /** @import { Vector } from "./viewer/vector.js" */
 /** @import { Side } from "./viewer/viewer.js" */
 /** @typedef {string | Blob} Source a URL, or a file that the visitor opened */
@@ -81,8 +78,9 @@ const OTHER_ATTRIBUTES = ["src", "compare", "annotations", "follow"];
 const NOTICE_TIME = 2000; // milliseconds
 const SORTED = "sorted"; // value of `compare`: the same scene, rendered sorted
 const NEAR = { rootMargin: "100%" };
+const extras = () => own(import("./viewer/extras.js"));
 
-// a worker runs this module too, and has no elements
+// servers import this module too, and have no elements
 export class MobileGs extends (globalThis.HTMLElement ?? Object) {
   /** @internal */
   static observedAttributes = [...OTHER_ATTRIBUTES, ...VIEWER_ATTRIBUTES, ...TEXT_ATTRIBUTES];
@@ -103,10 +101,12 @@ export class MobileGs extends (globalThis.HTMLElement ?? Object) {
   #other;
   #twice = false; // whether the scene is compared with itself, sorted
   #again = false; // whether it will be, once it has loaded
-  #stats = new FrameStats();
+  /** @type {FrameStats | null} */
+  #stats = null;
   #view = 0;
   #ready = Promise.resolve(false);
   #blind = false; // no renderer works
+  #stick = false; // whether the stick for walking works
   #camera = ""; // of the last event
   /** The element whose camera moved this one since the last event. @type {MobileGs | null} */
   #origin = null;
@@ -134,7 +134,7 @@ export class MobileGs extends (globalThis.HTMLElement ?? Object) {
       const control = /** @type {HTMLInputElement} */ (target);
       if (control.name === "stats") this.act("stats");
       else if (this.viewer) applySetting(control, this.viewer);
-      this.#part("stick").classList.toggle("shown", this.viewer?.mode === "walk");
+      void this.#showStick();
     });
     this.addEventListener("fullscreenchange", () => {
       const button = this.#button("full");
@@ -143,7 +143,6 @@ export class MobileGs extends (globalThis.HTMLElement ?? Object) {
       button.dataset.name = name;
       localize(this.#root, this.#texts);
     });
-    makeJoystick(this.#part("stick"), (right, forward) => this.viewer?.stride(right, forward));
     this.addEventListener("pointerdown", () => used(this.#holder));
     listenToFiles(this, this.#part("drop"), (files) => this.#openFiles(files));
     const picked = this.#picker;
@@ -219,7 +218,7 @@ export class MobileGs extends (globalThis.HTMLElement ?? Object) {
     this.#ready = this.viewer.begin(choice);
     this.#blind = false;
     this.#camera = "";
-    this.#follow();
+    void this.#follow();
     void this.#ready.then((able) => (this.#blind = !able));
     const source = this.#source ?? this.getAttribute("src");
     const other = this.#other === undefined ? this.getAttribute("compare") : this.#other;
@@ -278,13 +277,28 @@ export class MobileGs extends (globalThis.HTMLElement ?? Object) {
   }
 
   /** Follow the camera of another element. */
-  #follow() {
+  async #follow() {
     this.#following.abort();
     this.#following = new AbortController();
-    followCamera(this, this.#following.signal, (pose, origin) => {
+    const { signal } = this.#following;
+    if (!this.hasAttribute("follow")) return;
+    const { followCamera } = await extras();
+    if (signal.aborted) return;
+    followCamera(this, signal, (pose, origin) => {
       this.#origin = origin;
       this.viewer?.place(pose);
     });
+  }
+
+  /** Show the stick for walking, in that mode. */
+  async #showStick() {
+    const stick = this.#part("stick");
+    const walks = this.viewer?.mode === "walk";
+    stick.classList.toggle("shown", walks);
+    if (!walks || this.#stick) return;
+    this.#stick = true;
+    const { makeJoystick } = await extras();
+    makeJoystick(stick, (right, forward) => this.viewer?.stride(right, forward));
   }
 
   #end() {
@@ -309,7 +323,7 @@ export class MobileGs extends (globalThis.HTMLElement ?? Object) {
     }
     if (name === "compare") void this.compareWith(value || null);
     else if (name === "annotations") void this.#showNotes(false);
-    else if (name === "follow") this.#follow();
+    else if (name === "follow") void this.#follow();
     else if (name === "camera") this.camera = value ?? "";
     else if (name !== "src") applyAttribute(this, this.viewer, name);
     else if (value) void this.open(value);
@@ -346,9 +360,17 @@ export class MobileGs extends (globalThis.HTMLElement ?? Object) {
       canvas.className = "over";
       canvas.setAttribute("aria-hidden", "true");
       this.#part("split").before(canvas);
-      this.#split = new Split(this.#part("split"), canvas);
+      void this.#splitWith(canvas);
       void viewer.compare(canvas, request, this.#twice);
     });
+  }
+
+  /** Make the handle between both scenes. @param {HTMLCanvasElement} canvas of the second one */
+  async #splitWith(canvas) {
+    const { Split } = await extras();
+    if (!canvas.isConnected) return;
+    this.#split = new Split(this.#part("split"), canvas);
+    this.viewer?.redraw(); // which shows it
   }
 
   /** Perform the action of a button or key. @param {string} what */
@@ -360,7 +382,13 @@ export class MobileGs extends (globalThis.HTMLElement ?? Object) {
       viewer.turning = false;
       viewer.reset(what === "view" ? ++this.#view : undefined);
     } else if (what === "help" || what === "settings") this.#dialogs.show(what);
-    else if (what === "stats") viewer.timed = this.#dialogs.toggle("stats");
+    else if (what === "stats") {
+      viewer.timed = this.#dialogs.toggle("stats");
+      void extras().then(({ FrameStats }) => {
+        this.#stats ??= new FrameStats();
+        viewer.redraw();
+      });
+    }
     else if (what === "own") viewer.background = null;
     else if (what === "up") {
       const name = viewer.turnUp();
@@ -386,7 +414,7 @@ export class MobileGs extends (globalThis.HTMLElement ?? Object) {
       this.#part("message").hidden = true;
       this.#dialogs.show(null);
     }
-    this.#part("stick").classList.toggle("shown", viewer.mode === "walk");
+    void this.#showStick();
     showSettings(this.#part("settings"), viewer, !this.#part("stats").hidden, this.#texts);
     viewer.redraw();
   }
@@ -450,10 +478,9 @@ export class MobileGs extends (globalThis.HTMLElement ?? Object) {
     this.#restore({ choices: viewer.choices, pose: viewer.count ? viewer.pose : null });
   }
 
-  /** Show the report of a measurement. @internal @param {Record<string, unknown>} figures */
-  async report(figures) {
-    const { showReport } = await extras();
-    showReport(this, this.#root, this.#dialogs, figures);
+  /** The shadow tree and its dialogs. @internal */
+  get inside() {
+    return { root: this.#root, dialogs: this.#dialogs };
   }
 
   /** @internal @param {Stats} stats */
@@ -467,7 +494,7 @@ export class MobileGs extends (globalThis.HTMLElement ?? Object) {
     this.dispatchEvent(new CustomEvent("frame", { detail: stats }));
     this.#tellCamera();
     const panel = this.#part("stats");
-    if (!panel.hidden) panel.textContent = this.#stats.lines(stats);
+    if (!panel.hidden) panel.textContent = this.#stats?.lines(stats) ?? "";
   }
 
   /** Dispatch the event `camera` if the camera has moved. */

@@ -1,15 +1,10 @@
-/** Names that the build defines in the bundle. */
-declare const SHADERS: Record<string, string>;
+/** The version of the package, which the build defines. */
 declare const PACKAGE_VERSION: string;
-declare const CHUNKS: Record<string, string>;
-declare const WEBGL_CHUNK: string;
-declare const PACKED_WORKER: string;
-declare const PACKED_SHADERS: string;
-declare const PACKED_TEXTS: string;
-declare const bundle: () => void;
 
-/** The address of `viewer.js`, in workers that run its source text. */
-declare var viewerAddress: string | undefined;
+/** Base64 of a deflated text, which the build makes: a worker, or the shaders of a language as JSON. */
+declare module "*.packed.js" {
+  export const text: string;
+}
 
 /** Objects that preload.js leaves for the viewer. */
 declare var preloadedAdapter: Promise<GPUAdapter | null> | undefined;

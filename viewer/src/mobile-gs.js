@@ -1,8 +1,5 @@
-/** Entry point of `mobile-gs.js`: in a page it defines `<mobile-gs>`, in a worker it loads scenes. It needs no other file. */
+/** Entry point of `mobile-gs.js`: the element, and a whole page if it has the attribute `page`. It needs no other file. */
 
-import "./element.js";
-import { startWorker } from "./load/worker.js";
 import { startPage } from "./page.js";
 
-if (!globalThis.document) startWorker();
-else if (document.querySelector("mobile-gs[page]")) startPage();
+if (document.querySelector("mobile-gs[page]")) startPage();

@@ -1,8 +1,8 @@
 /** The viewer's page: the URL names the scene, its fragment the camera. */
 
 import "./element.js";
-import { embeddedScene, version } from "./assets.js";
-import { extras } from "./chunks.js";
+import { bytesOfBase64, own } from "./assets.js";
+import { loaded } from "./viewer/loaded.js";
 import { poseFromHash, poseToHash } from "./viewer/pose_hash.js";
 
 /** Attributes of the element that URL parameters of the same names set. */
@@ -56,73 +56,14 @@ export function startPage() {
     }, QUIET);
   });
 
-  const bench = parameters.get("bench");
-  if (bench !== null) void measure(element, bench, parameters.getAll("url").slice(1));
+  const plan = parameters.get("bench");
+  if (plan === null) return;
+  const loading = loaded(element);
+  void own(import("./viewer/report.js")).then(({ measure }) => measure(element, plan, loading, parameters.getAll("url").slice(1)));
 }
 
-/**
- * Measure the scene that the page opens, then others, and show one report.
- *
- * @param {import("./element.js").MobileGs} element
- * @param {string} bench value of the URL parameter
- * @param {string[]} others addresses of the other scenes
- */
-async function measure(element, bench, others) {
-  const screen = {
-    width: Math.round(innerWidth * devicePixelRatio),
-    height: Math.round(innerHeight * devicePixelRatio),
-  };
-  let loading = loaded(element);
-  const { parsePlan, runBench } = await extras();
-  const plan = parsePlan(bench, screen);
-  const scenes = [];
-  let awake;
-  for (const url of [null, ...others]) {
-    if (url !== null) loading = loaded(element);
-    if (url !== null) element.setAttribute("src", url);
-    const file = await loading;
-    const { viewer } = element;
-    if (!file || !viewer) return; // the page shows why
-    await viewer.calibrated;
-    // keep the screen on; pages served over plain http may not
-    awake ??= await navigator.wakeLock?.request("screen").catch(() => null);
-    try {
-      const found = await runBench(viewer, plan, (share) => element.progress(0, share));
-      scenes.push({
-        scene: element.getAttribute("src") ?? "own",
-        gaussians: viewer.count,
-        file_bytes: file.bytes,
-        milliseconds_to_load: Math.round(file.milliseconds),
-        ...viewer.device,
-        ...found,
-      });
-    } catch (error) {
-      void awake?.release();
-      element.failed(0, `the frame rate cannot be measured: ${/** @type {Error} */ (error).message}`);
-      return;
-    }
-    element.loaded(0, file.milliseconds, file.bytes);
-  }
-  void awake?.release();
-  await element.report({
-    date: new Date().toISOString(),
-    ...plan,
-    viewer: version(),
-    browser: navigator.userAgent,
-    device_pixel_ratio: devicePixelRatio,
-    scenes,
-  });
-}
-
-/**
- * Wait until a scene is loaded; null if that fails.
- *
- * @param {import("./element.js").MobileGs} element
- * @returns {Promise<{milliseconds: number, bytes: number} | null>}
- */
-function loaded(element) {
-  return new Promise((resolve) => {
-    element.addEventListener("load", (event) => resolve(/** @type {CustomEvent} */ (event).detail), { once: true });
-    element.addEventListener("error", () => resolve(null), { once: true });
-  });
+/** The scene that the page embeds. @returns {Blob | null} */
+function embeddedScene() {
+  const text = document.getElementById("scene")?.textContent;
+  return text ? new Blob([bytesOfBase64(text)]) : null;
 }

@@ -1,7 +1,5 @@
-/** Entry point of `viewer.js`: in a page it starts the viewer, in a worker it loads scenes. */
+/** Entry point of `viewer.js`: the page of `mobilegs view`, whose element is a whole page. */
 
-import { startWorker } from "./load/worker.js";
 import { startPage } from "./page.js";
 
-if (globalThis.document) startPage();
-else startWorker();
+startPage();

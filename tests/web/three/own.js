@@ -1,9 +1,8 @@
 // The body of a function: the viewer's picture of the scene of `mesh`, with the settings that the viewer chooses.
 const Renderer = (await import(`/src/render/${kind.module}`))[kind.name];
-const texts = await Promise.all(
-  Renderer.files.map(async (file) => [file.split(".")[0], await (await fetch(`/shaders/${file}`)).text()]),
-);
-const own = await Renderer.create(document.createElement("canvas"), Object.fromEntries(texts));
+const { parsed } = await import("/src/assets.js");
+const shaders = await parsed(import(`/src/${kind.language}.packed.js`));
+const own = await Renderer.create(document.createElement("canvas"), shaders);
 const { usualLevelSigma } = await import("/src/render/levels.js");
 const { supersamplingFor } = await import("/src/viewer/supersampling.js");
 own.setScene({ ...mesh.data });

@@ -1,11 +1,11 @@
-/** The worker that loads a scene, sends it to the page while it arrives, and sorts it if needed. */
+/** The worker that loads a scene, sends it to the page while it arrives, and sorts it if needed; and its helpers. */
 
 import { COLORED, COMPLETE } from "../mgs/stream_decoder.js";
 import { worldMeans, subsampled, toWorld } from "../mgs/positions.js";
 import { readScene } from "../mgs/reader.js";
 import { GaussianDecoder } from "../mgs/gaussian_decoder.js";
-import { formats } from "../chunks.js";
-import { emptyScene, packRows } from "../render/pack.js";
+import { buffersOf, emptyScene, packRows } from "../render/pack.js";
+import { addressOf } from "../assets.js";
 import { WorkerPool } from "./worker_pool.js";
 import { backToFront } from "./depth_sort.js";
 import { bytesOf } from "./bytes_of.js";
@@ -44,6 +44,7 @@ import { parsedUp } from "../viewer/up.js";
  *   | {kind: "done", milliseconds: number, bytes: number}
  *   | {kind: "failed", sentence: string}} Message
  */
+/** @typedef {Message | {kind: "formats"}} Sent the last asks for the script of `formats_worker.js` */
 
 /** The most dots in the preview: more would delay decoding on slow devices. */
 const DOTS = 8192;
@@ -55,14 +56,13 @@ const SOON = 1500;
 const ROOM = 8;
 const PARTS = /** @type {Part[]} */ (["shapes", "colors", "lobes"]);
 
+/** Takes the script of `formats_worker.js`. */
+let receiveFormats = (/** @type {string} */ _) => {};
 /** Means of the Gaussians of a sorted scene. */
 let means = new Float32Array(0);
 
-/** @param {Message} message @param {Transferable[]} [transfer] */
+/** @param {Sent} message @param {Transferable[]} [transfer] */
 const send = (message, transfer = []) => self.postMessage(message, { transfer });
-
-/** The buffers of a scene, to be transferred to the page. @param {SceneData} data */
-const buffersOf = ({ shapes, colors, lobes }) => [shapes.buffer, colors.buffer, lobes.buffer];
 
 /**
  * A `.mgs` whose first positions are decoded.
@@ -215,9 +215,11 @@ async function loadMgs(source) {
  *
  * @param {ReadableStream<Uint8Array<ArrayBuffer>>} source
  * @param {number} total bytes
- * @param {(bytes: Uint8Array<ArrayBuffer>) => SceneData | Promise<SceneData>} read
  */
-async function loadOther(source, total, read) {
+async function loadOther(source, total) {
+  /** @type {Promise<string>} */
+  const formats = new Promise((resolve) => (receiveFormats = resolve));
+  send({ kind: "formats" });
   let [bytes, received] = [new Uint8Array(total || MORE), 0];
   const reader = source.getReader();
   for (let piece; !(piece = await reader.read()).done; ) {
@@ -231,13 +233,38 @@ async function loadOther(source, total, read) {
     received = needed;
     send({ kind: "progress", received, total });
   }
-  const data = await read(bytes.subarray(0, received));
+  const data = await parsed(bytes.subarray(0, received), await formats);
   if (!data.count) throw new Error("there is no Gaussian in this file that can be drawn");
   means = new Float32Array(3 * data.count);
   for (let i = 0; i < means.length; i++) means[i] = data.shapes[4 * i + 3];
   const cameras = { views: [], near: nearOf(means), up: data.up ?? null, notes: {} };
   send({ kind: "scene", data, means, ...cameras }, buffersOf(data));
   return received;
+}
+
+/**
+ * Parse a file in a worker of its own.
+ *
+ * @param {Uint8Array<ArrayBuffer>} bytes which are transferred
+ * @param {string} formats the worker's script; empty if it could not be loaded
+ * @returns {Promise<SceneData>}
+ */
+async function parsed(bytes, formats) {
+  const lost = () => new Error("the viewer's own files could not be loaded: reload the page");
+  if (!formats) throw lost();
+  const worker = new Worker(addressOf(formats));
+  try {
+    return await new Promise((resolve, reject) => {
+      worker.onmessage = (/** @type {MessageEvent<import("./formats_worker.js").Parsed>} */ { data }) => {
+        if ("scene" in data) resolve(data.scene);
+        else reject(data.memory ? new RangeError(data.failed) : new Error(data.failed));
+      };
+      worker.onerror = () => reject(lost());
+      worker.postMessage(bytes, [bytes.buffer]);
+    });
+  } finally {
+    worker.terminate();
+  }
 }
 
 /**
@@ -271,10 +298,7 @@ async function load(request) {
   try {
     const { source, total } = await bytesOf(request);
     const { first, whole } = await peek(source);
-    let bytes;
-    if (isPly(first)) bytes = await loadOther(whole, total, (await formats()).readPly);
-    else if (isSpz(first)) bytes = await loadOther(whole, total, (await formats()).readSpz);
-    else bytes = await loadMgs(whole);
+    const bytes = await (isPly(first) || isSpz(first) ? loadOther(whole, total) : loadMgs(whole));
     send({ kind: "done", milliseconds: performance.now() - started, bytes });
   } catch (error) {
     const { message } = /** @type {Error} */ (error);
@@ -287,27 +311,19 @@ async function load(request) {
 /** The decoder of a helper. @type {GaussianDecoder} */
 let decoder;
 
-/** Answers messages: a scene to load, rows to pack, or a direction to sort by. */
-export function startWorker() {
-  self.onmessage = async ({ data }) => {
-    if ("decoderInputs" in data) {
-      decoder = new GaussianDecoder(data.decoderInputs);
-      return;
-    }
-    if ("rows" in data) {
-      const { rows, chunk, stage } = data;
-      const packed = packRows(decoder, rows);
-      const transfer = PARTS.map((part) => packed[part].buffer);
-      self.postMessage({ chunk, stage, packed }, { transfer });
-      return;
-    }
-    if ("forward" in data) {
-      const order = backToFront(means, data.forward);
-      send({ kind: "order", order }, [order.buffer]);
-      return;
-    }
+self.onmessage = async ({ data }) => {
+  if ("decoderInputs" in data) {
+    decoder = new GaussianDecoder(data.decoderInputs);
+  } else if ("rows" in data) {
+    const { rows, chunk, stage } = data;
+    const packed = packRows(decoder, rows);
+    self.postMessage({ chunk, stage, packed }, { transfer: buffersOf(packed) });
+  } else if ("forward" in data) {
+    const order = backToFront(means, data.forward);
+    send({ kind: "order", order }, [order.buffer]);
+  } else if ("formats" in data) {
+    receiveFormats(data.formats);
+  } else {
     await load(data);
-  };
-  // preload.js names the scene in the worker's name
-  if (self.name) void load({ url: self.name });
-}
+  }
+};

@@ -1,6 +1,5 @@
 /** Decodes and packs the Gaussians of a `.mgs` for the GPU, in this thread and in helper workers. */
 
-import { newWorker } from "../assets.js";
 import { COLORED } from "../mgs/stream_decoder.js";
 import { GaussianDecoder } from "../mgs/gaussian_decoder.js";
 import { packRows } from "../render/pack.js";
@@ -92,7 +91,7 @@ export class WorkerPool {
   /** @param {DecoderInputs} decoderInputs */
   #spawn(decoderInputs) {
     try {
-      const worker = newWorker();
+      const worker = new Worker(self.location.href);
       worker.postMessage({ decoderInputs });
       const helper = { worker, jobs: 0 };
       worker.onmessage = ({ data }) => {

@@ -2,7 +2,7 @@
 
 import { bytesOf } from "../load/bytes_of.js";
 import { SceneError } from "../mgs/error.js";
-import { newWorker, workerModule } from "./packed_worker.js";
+import { packedWorker, unpacked } from "../assets.js";
 
 /**
  * @typedef {object} MgsCamera a training camera
@@ -73,7 +73,9 @@ export async function decodeMgs(source, { signal, onProgress } = {}) {
   // an aborted pipe cancels its source, also while no bytes come
   const stream = (await streamOf(source, signal)).pipeThrough(new TransformStream(), { signal });
   if (globalThis.Worker) return decodeInWorker(stream, signal, onProgress);
-  const { decodeStream } = await workerModule();
+  const text = await unpacked(import("../decoder.packed.js"));
+  // of servers only: bundlers leave this import alone
+  const { decodeStream } = (await import(/* webpackIgnore: true */ /* @vite-ignore */ `data:text/javascript,${encodeURIComponent(`${text};export default decoder`)}`)).default;
   try {
     return await decodeStream(stream, onProgress, signal);
   } catch (error) {
@@ -104,7 +106,7 @@ async function streamOf(source, signal) {
  * @returns {Promise<MgsScene>}
  */
 async function decodeInWorker(stream, signal, onProgress) {
-  const worker = newWorker();
+  const worker = packedWorker(import("../decoder.packed.js"));
   const pieces = stream.getReader();
   const over = new AbortController();
   try {

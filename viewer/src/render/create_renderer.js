@@ -1,7 +1,6 @@
 /** Creates the renderer: WebGPU, or else WebGL2. */
 
-import { shaderText } from "../assets.js";
-import { webgl } from "../chunks.js";
+import { own, parsed } from "../assets.js";
 import { WebGpuRenderer } from "./webgpu.js";
 
 /** @typedef {WebGpuRenderer | import("./webgl.js").WebGlRenderer} Renderer */
@@ -18,7 +17,7 @@ export async function createRenderer(canvas, choice) {
   let without = "";
   if (choice !== "webgl") {
     try {
-      const shaders = await texts(WebGpuRenderer.files, shaderText);
+      const shaders = await parsed(import("../wgsl.packed.js"));
       return { name: "WebGPU", renderer: await WebGpuRenderer.create(canvas, shaders) };
     } catch (error) {
       if (choice === "webgpu") throw error;
@@ -26,22 +25,13 @@ export async function createRenderer(canvas, choice) {
     }
   }
   try {
-    const { WebGlRenderer, shaderText } = await webgl();
-    return { name: "WebGL2", renderer: WebGlRenderer.create(canvas, await texts(WebGlRenderer.files, shaderText)) };
+    const [{ WebGlRenderer }, shaders] = await Promise.all([
+      own(import("./webgl.js")),
+      parsed(import("../glsl.packed.js")),
+    ]);
+    return { name: "WebGL2", renderer: WebGlRenderer.create(canvas, shaders) };
   } catch (error) {
     const also = error instanceof Error ? error.message : String(error);
     throw new Error(`this browser cannot draw the scene: ${without ? `${without}; ` : ""}${also}`);
   }
-}
-
-/**
- * Load shaders, by file name without extension.
- *
- * @param {readonly string[]} files
- * @param {(file: string) => Promise<string>} load
- * @returns {Promise<Record<string, string>>}
- */
-async function texts(files, load) {
-  const pairs = files.map(async (file) => [file.replace(/\.[a-z]+$/, ""), await load(file)]);
-  return Object.fromEntries(await Promise.all(pairs));
 }

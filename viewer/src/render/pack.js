@@ -40,6 +40,9 @@ const LEAST_SCALE = 8 * (127 - 16);
 const BITS = new Uint32Array(1);
 const FLOAT = new Float32Array(BITS.buffer);
 
+/** The buffers of a scene or of its rows, to be transferred. @param {Pick<SceneData, Part>} data */
+export const buffersOf = ({ shapes, colors, lobes }) => [shapes.buffer, colors.buffer, lobes.buffer];
+
 /**
  * An empty packed scene for the results of `packRows`.
  *

@@ -87,3 +87,10 @@ export function strides({ packing, shSize, lobeSize, network }) {
 export function meanLogit(word) {
   return fromFloat16(word & 0xffff);
 }
+
+/** The variants of a device. @param {boolean} blendsFloats @returns {Variant[]} */
+export const variantsOf = (blendsFloats) =>
+  (blendsFloats ? [false, true] : [false]).flatMap((floats) => [
+    { floats, strips: false },
+    { floats, strips: true },
+  ]);

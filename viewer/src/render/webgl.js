@@ -6,11 +6,12 @@
  */
 
 import { LEVELS, levelPlaces, levelSizes } from "./levels.js";
-import { strides } from "./types.js";
+import { BATCH } from "./quads.js";
+import { strides, variantsOf } from "./types.js";
 import { FLOAT16_SCALE, magnified, viewUniforms } from "./view_uniforms.js";
 import { FrameTimer } from "./webgl_timer.js";
 import { WebGlDots } from "./webgl_dots.js";
-import { BATCH, TARGETS, blendsFloats, makeCounter, makeFixed, makePrograms } from "./webgl_program.js";
+import { TARGETS, blendsFloats, makeCounter, makeFixed, makePrograms } from "./webgl_program.js";
 import { PACKED, ROW, extent } from "./webgl_textures.js";
 
 /** @typedef {import("./dots.js").Dots} Dots */
@@ -45,11 +46,6 @@ const ORDER = ["R32UI", "RED_INTEGER", 1];
 
 /** Renders with WebGL2, which also works on pages served over plain http. */
 export class WebGlRenderer {
-  /** Shader files that `create` needs. */
-  static files = ["view", "wide", "packed", "whole", "project", "splat", "resolve", "count", "dots"].map(
-    (name) => `${name}.glsl`,
-  );
-
   /** The current variant; may be changed between frames. @type {Variant} */
   variant;
   /** Smallest standard deviation of a Gaussian at a level, in its pixels, at least 0.6; 0: all at full size. */
@@ -100,7 +96,7 @@ export class WebGlRenderer {
    * Throws an Error with a message for visitors if the browser or its GPU cannot render.
    *
    * @param {HTMLCanvasElement | OffscreenCanvas} canvas
-   * @param {Record<string, string>} shaders texts of `files`, by the name before the dot
+   * @param {Record<string, string>} shaders texts by name
    * @param {Partial<Variant>} [variant]
    */
   static create(canvas, shaders, { floats = false, strips = false } = {}) {
@@ -293,10 +289,7 @@ export class WebGlRenderer {
 
   /** The variants that this device supports. @returns {Variant[]} */
   get variants() {
-    return (blendsFloats(this.#gl) ? [false, true] : [false]).flatMap((floats) => [
-      { floats, strips: false },
-      { floats, strips: true },
-    ]);
+    return variantsOf(blendsFloats(this.#gl));
   }
 
   /** The context that this renderer uses alone. */

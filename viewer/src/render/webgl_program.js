@@ -1,5 +1,6 @@
 /** The WebGL2 programs and buffers that all scenes share. */
 
+import { CORNERS } from "./quads.js";
 import { VIEW_BYTES } from "./view_uniforms.js";
 import { SAMPLERS, Textures } from "./webgl_textures.js";
 
@@ -20,7 +21,6 @@ import { SAMPLERS, Textures } from "./webgl_textures.js";
  * @property {Textures} textures
  */
 
-export const BATCH = 128; // quads per instance, as in view.glsl
 const VIEW_BINDING = 0;
 /** Packed scenes need either extension. Some phones have only the second one, which is limited to float16. */
 export const TARGETS = ["EXT_color_buffer_float", "EXT_color_buffer_half_float"];
@@ -53,9 +53,7 @@ export function makeFixed(gl) {
   gl.bufferData(gl.UNIFORM_BUFFER, VIEW_BYTES, gl.DYNAMIC_DRAW);
   gl.bindVertexArray(fixed.quads);
   gl.bindBuffer(gl.ELEMENT_ARRAY_BUFFER, fixed.corners);
-  const quad = [0, 1, 2, 2, 1, 3];
-  const corners = Array.from({ length: BATCH }, (_, i) => quad.map((corner) => 4 * i + corner));
-  gl.bufferData(gl.ELEMENT_ARRAY_BUFFER, Uint16Array.from(corners.flat()), gl.STATIC_DRAW);
+  gl.bufferData(gl.ELEMENT_ARRAY_BUFFER, CORNERS, gl.STATIC_DRAW);
   return fixed;
 }
 

@@ -51,14 +51,9 @@ export class Textures {
    */
   make(name, format, [width, height]) {
     const gl = this.#gl;
-    gl.deleteTexture(this.#all.get(name) ?? null);
-    const texture = gl.createTexture();
-    this.#all.set(name, texture);
     gl.activeTexture(gl.TEXTURE0 + SAMPLERS.indexOf(name));
-    gl.bindTexture(gl.TEXTURE_2D, texture);
-    gl.texStorage2D(gl.TEXTURE_2D, 1, format, width, height);
-    gl.texParameteri(gl.TEXTURE_2D, gl.TEXTURE_MIN_FILTER, gl.NEAREST);
-    gl.texParameteri(gl.TEXTURE_2D, gl.TEXTURE_MAG_FILTER, gl.NEAREST);
+    const texture = replaced(gl, this.#all.get(name) ?? null, format, width, height);
+    this.#all.set(name, texture);
     return texture;
   }
 
@@ -115,6 +110,25 @@ export class Textures {
   destroy() {
     for (const texture of this.#all.values()) this.#gl.deleteTexture(texture);
   }
+}
+
+/**
+ * A texture without filters, bound to the active unit, in place of an earlier one.
+ *
+ * @param {WebGL2RenderingContext} gl
+ * @param {WebGLTexture | null} old
+ * @param {GLenum} format
+ * @param {number} width
+ * @param {number} height
+ */
+export function replaced(gl, old, format, width, height) {
+  gl.deleteTexture(old);
+  const texture = gl.createTexture();
+  gl.bindTexture(gl.TEXTURE_2D, texture);
+  gl.texStorage2D(gl.TEXTURE_2D, 1, format, width, height);
+  gl.texParameteri(gl.TEXTURE_2D, gl.TEXTURE_MIN_FILTER, gl.NEAREST);
+  gl.texParameteri(gl.TEXTURE_2D, gl.TEXTURE_MAG_FILTER, gl.NEAREST);
+  return texture;
 }
 
 /** Width and height of a texture with at least `texels` texels. @param {number} texels */

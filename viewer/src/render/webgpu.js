@@ -1,12 +1,12 @@
 /** The WebGPU renderer. It uses the shaders in the same way as mobilegs/view/wgpu_renderer.py. */
 
-import { toFloat16 } from "../mgs/float16.js";
 import { levelPlaces, levelSizes } from "./levels.js";
-import { strides } from "./types.js";
+import { BATCH, CORNERS } from "./quads.js";
+import { strides, variantsOf } from "./types.js";
 import { FLOAT16_SCALE, VIEW_BYTES, magnified, viewUniforms } from "./view_uniforms.js";
 import { GAUSSIANS } from "./view_network.js";
 import { WebGpuDots } from "./webgpu_dots.js";
-import { BATCH, Program, numbered, sumFormats } from "./webgpu_program.js";
+import { Program, numbered, sumFormats } from "./webgpu_program.js";
 
 /** @typedef {import("./dots.js").Dots} Dots */
 /** @typedef {import("./types.js").Camera} Camera */
@@ -30,11 +30,6 @@ const NOTHING = new Float32Array(0);
 
 /** Renders sort-free and sorted scenes with WebGPU. */
 export class WebGpuRenderer {
-  /** Shader files that `create` needs. */
-  static files = ["view", "wide", "packed", "network", "project", "splat", "resolve", "count", "dots"].map(
-    (name) => `${name}.wgsl`,
-  );
-
   /** The current variant; may be changed between frames. @type {Variant} */
   variant;
   /** Smallest standard deviation of a Gaussian at a level, in its pixels, at least 0.6; 0: all at full size. */
@@ -67,7 +62,7 @@ export class WebGpuRenderer {
 
   /**
    * @param {HTMLCanvasElement | OffscreenCanvas} canvas
-   * @param {Record<string, string>} shaders texts of `files`, by the name before the dot
+   * @param {Record<string, string>} shaders texts by name
    * @param {Partial<Variant>} [variant] default: float16 in batches
    * @returns {Promise<WebGpuRenderer>} rejects with an error message where WebGPU is missing
    */
@@ -96,11 +91,7 @@ export class WebGpuRenderer {
     this.#view = device.createBuffer({ size: VIEW_BYTES, usage: use.UNIFORM | use.COPY_DST });
     const usage = use.STORAGE | use.INDIRECT | use.COPY_DST;
     this.#drawn = device.createBuffer({ size: 4 * DRAWN_WORDS, usage });
-    const corners = new Uint16Array(6 * BATCH);
-    for (let quad = 0; quad < BATCH; quad++) {
-      corners.set([0, 1, 2, 2, 1, 3].map((corner) => 4 * quad + corner), 6 * quad);
-    }
-    this.#corners = program.filled(corners, use.INDEX);
+    this.#corners = program.filled(CORNERS, use.INDEX);
     device.lost.then(({ reason }) => {
       if (reason !== "destroyed") this.#fail("the graphics device was lost: reload the page to go on");
     });
@@ -110,10 +101,7 @@ export class WebGpuRenderer {
 
   /** The variants that this device supports. @returns {Variant[]} */
   get variants() {
-    return (this.#program.blendsFloats ? [false, true] : [false]).flatMap((floats) => [
-      { floats, strips: false },
-      { floats, strips: true },
-    ]);
+    return variantsOf(this.#program.blendsFloats);
   }
 
   /** Milliseconds by pass of the last timed frame; null where the device has no timer. */
@@ -156,7 +144,7 @@ export class WebGpuRenderer {
       looks: this.#device.createBuffer({ size: looks, usage: use.STORAGE }),
       order: list(count),
       network: scene.network
-        ? { weights: this.#program.filled(this.#weights(scene.network), use.STORAGE), lobes: list(count) }
+        ? { weights: this.#program.weights(scene.network), lobes: list(count) }
         : null,
     };
     // the GPU has a copy now: drop the page's own, since phones have little memory
@@ -282,7 +270,7 @@ export class WebGpuRenderer {
     const { kind, parts, looks, order } = uploaded;
     const encoder = this.#device.createCommandEncoder();
     const resources = { 0: this.#view, 1: parts.shapes, 4: looks, 5: order, 6: this.#drawn, 7: areas };
-    this.#compute(encoder, null, this.#program.count(kind), resources, Math.ceil(scene.count / BATCH));
+    this.#program.compute(encoder, this.#program.count(kind), resources, Math.ceil(scene.count / BATCH));
     encoder.copyBufferToBuffer(areas, 0, read, 0, areas.size);
     this.#device.queue.submit([encoder.finish()]);
     await read.mapAsync(GPUMapMode.READ);
@@ -368,16 +356,12 @@ export class WebGpuRenderer {
     queue.submit([encoder.finish()]);
   }
 
-  /** Numbers of the view network in the device's precision. @param {Float32Array<ArrayBuffer>} matrices */
-  #weights(matrices) {
-    return this.#program.number === "f16" ? Uint16Array.from(matrices, toFloat16) : matrices;
-  }
-
   /** @param {GPUCommandEncoder} encoder @param {number} count @param {Uploaded} uploaded */
   #evaluate(encoder, count, { kind, parts, network }) {
     if (network === null) return;
     const resources = { 0: this.#view, 1: parts.shapes, 4: parts.lobes, 5: network.weights, 6: network.lobes };
-    this.#compute(encoder, "network", this.#program.network(kind), resources, Math.ceil(count / GAUSSIANS));
+    const groups = Math.ceil(count / GAUSSIANS);
+    this.#program.compute(encoder, this.#program.network(kind), resources, groups, this.#program.stamps("network"));
   }
 
   /** @param {GPUCommandEncoder} encoder @param {number} count @param {Uploaded} uploaded */
@@ -386,23 +370,8 @@ export class WebGpuRenderer {
     const all = [this.#view, parts.shapes, parts.colors, lobes, looks];
     if (!kind.sorted) all.push(order, this.#drawn);
     const pipeline = this.#program.project(kind, this.variant);
-    this.#compute(encoder, "project", pipeline, numbered(all, 0), Math.ceil(count / BATCH));
-  }
-
-  /**
-   * @param {GPUCommandEncoder} encoder
-   * @param {"network" | "project" | null} name under which it is timed
-   * @param {GPUComputePipeline} pipeline
-   * @param {Record<number, GPUBuffer>} resources
-   * @param {number} groups
-   */
-  #compute(encoder, name, pipeline, resources, groups) {
-    const across = Math.max(1, Math.min(groups, 65535));
-    const pass = encoder.beginComputePass(name ? { timestampWrites: this.#program.stamps(name) } : {});
-    pass.setPipeline(pipeline);
-    pass.setBindGroup(0, this.#program.bind(pipeline, resources));
-    pass.dispatchWorkgroups(across, Math.ceil(groups / across));
-    pass.end();
+    const groups = Math.ceil(count / BATCH);
+    this.#program.compute(encoder, pipeline, numbered(all, 0), groups, this.#program.stamps("project"));
   }
 
   /**
@@ -445,17 +414,10 @@ export class WebGpuRenderer {
    * @param {boolean} end whether it is the last part
    */
   #fill(encoder, pipeline, read, written, begin, end) {
-    const pass = encoder.beginRenderPass({
-      colorAttachments: written.map((view) => ({ view, loadOp: "clear", storeOp: "store" })),
-      timestampWrites: this.#program.stamps("resolve", begin, end),
-    });
-    pass.setPipeline(pipeline);
-    /** @type {Record<number, GPUBuffer | GPUTextureView | GPUSampler>} */
+    /** @type {import("./webgpu_program.js").Resources} */
     const resources = { 0: this.#view, ...numbered(read, 1) };
     if (read.length === 4) resources[5] = this.#program.bilinear;
-    pass.setBindGroup(0, this.#program.bind(pipeline, resources));
-    pass.draw(3);
-    pass.end();
+    this.#program.fill(encoder, pipeline, resources, written, this.#program.stamps("resolve", begin, end));
   }
 
   /**

@@ -1,12 +1,12 @@
 /** The WebGPU device and its pipelines. */
 
-import { findAdapter } from "../assets.js";
+import { toFloat16 } from "../mgs/float16.js";
 
 /** @typedef {import("./types.js").Numbers} Numbers */
 /** @typedef {import("./types.js").Variant} Variant */
 /** @typedef {{sorted: boolean, packed: boolean, network: boolean}} Kind of a scene */
+/** @typedef {Record<number, GPUBuffer | GPUTextureView | GPUSampler>} Resources by the number of their binding */
 
-export const BATCH = 128; // quads of an instance, as in view.wgsl
 /** @type {GPUBlendComponent} */
 const COVER = { srcFactor: "one", dstFactor: "one-minus-src-alpha", operation: "add" };
 /** @type {GPUBlendState} */
@@ -42,7 +42,9 @@ export class Program {
     if (!("gpu" in navigator)) {
       throw new Error("this browser has no WebGPU on this page: it may need https, or a newer version");
     }
-    const adapter = await findAdapter();
+    const preloaded = globalThis.preloadedAdapter;
+    delete globalThis.preloadedAdapter;
+    const adapter = (await preloaded) ?? (await navigator.gpu.requestAdapter({ powerPreference: "high-performance" }));
     if (adapter === null) throw new Error("WebGPU finds no graphics adapter on this device");
     /** @type {GPUFeatureName[]} */
     const wanted = ["timestamp-query", "float32-blendable", "float32-filterable", "shader-f16"];
@@ -89,40 +91,18 @@ export class Program {
 
   /** The pipeline of the view network. @param {Kind} kind */
   network(kind) {
-    return this.cached(`network ${kind.packed}`, () =>
-      this.device.createComputePipeline({
-        layout: "auto",
-        compute: { module: this.module("network", kind), entryPoint: "evaluate_network" },
-      }),
-    );
+    return this.computing("network", kind, "evaluate_network");
   }
 
   /** @param {Kind} kind @param {Variant} variant */
   project(kind, { strips }) {
-    return this.cached(`project ${kind.packed} ${kind.sorted} ${strips}`, () =>
-      this.device.createComputePipeline({
-        layout: "auto",
-        compute: {
-          module: this.module("project", kind),
-          entryPoint: kind.sorted ? "project_sorted" : "project_sortfree",
-          constants: { STRIPS: Number(strips) },
-        },
-      }),
-    );
+    const name = kind.sorted ? "project_sorted" : "project_sortfree";
+    return this.computing("project", kind, name, { STRIPS: Number(strips) });
   }
 
   /** The pipeline that counts fragments. @param {Kind} kind */
   count(kind) {
-    return this.cached(`count ${kind.packed} ${kind.sorted}`, () =>
-      this.device.createComputePipeline({
-        layout: "auto",
-        compute: {
-          module: this.module("count", kind),
-          entryPoint: "count_fragments",
-          constants: { SORTED: Number(kind.sorted) },
-        },
-      }),
-    );
+    return this.computing("count", kind, "count_fragments", { SORTED: Number(kind.sorted) });
   }
 
   /** @param {Kind} kind @param {Variant} variant @param {boolean} leveled */
@@ -149,20 +129,7 @@ export class Program {
 
   /** The pipeline that adds the coarser levels to level 1 or 2. @param {number} level @param {boolean} floats */
   enlarge(level, floats) {
-    return this.cached(`enlarge ${level} ${floats}`, () => {
-      const module = this.module("resolve", null);
-      return this.device.createRenderPipeline({
-        layout: "auto",
-        vertex: { module, entryPoint: "whole_picture" },
-        primitive: { topology: "triangle-list" },
-        fragment: {
-          module,
-          entryPoint: "add_enlarged",
-          constants: { LEVEL: level },
-          targets: sumFormats(false, floats).map((format) => ({ format })),
-        },
-      });
-    });
+    return this.#whole("add_enlarged", sumFormats(false, floats), { LEVEL: level });
   }
 
   /**
@@ -171,19 +138,7 @@ export class Program {
    * @param {boolean} levels whether the sums of `enlarge` are added
    */
   resolve(sorted, format, levels) {
-    return this.cached(`resolve ${sorted} ${levels} ${format}`, () => {
-      const module = this.module("resolve", null);
-      return this.device.createRenderPipeline({
-        layout: "auto",
-        vertex: { module, entryPoint: "whole_picture" },
-        primitive: { topology: "triangle-list" },
-        fragment: {
-          module,
-          entryPoint: sorted ? "resolve_sorted" : levels ? "resolve_levels" : "resolve_sortfree",
-          targets: [{ format }],
-        },
-      });
-    });
+    return this.#whole(sorted ? "resolve_sorted" : levels ? "resolve_levels" : "resolve_sortfree", [format]);
   }
 
   /** @param {GPUTextureFormat} format of the target */
@@ -198,6 +153,86 @@ export class Program {
         fragment: { module, entryPoint: "paint_dot", targets: [{ format }] },
       });
     });
+  }
+
+  /**
+   * A pipeline that computes every pixel of textures.
+   *
+   * @param {string} entryPoint of resolve.wgsl
+   * @param {GPUTextureFormat[]} formats
+   * @param {Record<string, number>} [constants]
+   */
+  #whole(entryPoint, formats, constants = {}) {
+    return this.cached([entryPoint, ...formats, ...Object.values(constants)].join(" "), () => {
+      const module = this.module("resolve", null);
+      const targets = formats.map((format) => ({ format }));
+      return this.device.createRenderPipeline({
+        layout: "auto",
+        vertex: { module, entryPoint: "whole_picture" },
+        fragment: { module, entryPoint, constants, targets },
+      });
+    });
+  }
+
+  /**
+   * A pipeline that computes.
+   *
+   * @param {string} name of the shader
+   * @param {Pick<Kind, "packed">} kind
+   * @param {string} entryPoint
+   * @param {Record<string, number>} [constants]
+   */
+  computing(name, kind, entryPoint, constants = {}) {
+    return this.cached([entryPoint, kind.packed, ...Object.values(constants)].join(" "), () =>
+      this.device.createComputePipeline({
+        layout: "auto",
+        compute: { module: this.module(name, kind), entryPoint, constants },
+      }),
+    );
+  }
+
+  /**
+   * Encode a compute pass.
+   *
+   * @param {GPUCommandEncoder} encoder
+   * @param {GPUComputePipeline} pipeline
+   * @param {Resources} resources
+   * @param {number} groups
+   * @param {GPUComputePassTimestampWrites} [timestampWrites]
+   */
+  compute(encoder, pipeline, resources, groups, timestampWrites) {
+    const across = Math.max(1, Math.min(groups, 65535));
+    const pass = encoder.beginComputePass({ timestampWrites });
+    pass.setPipeline(pipeline);
+    pass.setBindGroup(0, this.bind(pipeline, resources));
+    pass.dispatchWorkgroups(across, Math.ceil(groups / across));
+    pass.end();
+  }
+
+  /**
+   * Encode a pass that computes every pixel of textures.
+   *
+   * @param {GPUCommandEncoder} encoder
+   * @param {GPURenderPipeline} pipeline
+   * @param {Resources} resources
+   * @param {GPUTextureView[]} written
+   * @param {GPURenderPassTimestampWrites} [timestampWrites]
+   */
+  fill(encoder, pipeline, resources, written, timestampWrites) {
+    const pass = encoder.beginRenderPass({
+      colorAttachments: written.map((view) => ({ view, loadOp: "clear", storeOp: "store" })),
+      timestampWrites,
+    });
+    pass.setPipeline(pipeline);
+    pass.setBindGroup(0, this.bind(pipeline, resources));
+    pass.draw(3);
+    pass.end();
+  }
+
+  /** A buffer with the weights of the view network. @param {Float32Array<ArrayBuffer>} matrices */
+  weights(matrices) {
+    const numbers = this.number === "f16" ? Uint16Array.from(matrices, toFloat16) : matrices;
+    return this.filled(numbers, GPUBufferUsage.STORAGE);
   }
 
   /**
@@ -219,7 +254,7 @@ export class Program {
    * Create the bind group of a pipeline.
    *
    * @param {GPURenderPipeline | GPUComputePipeline} pipeline
-   * @param {Record<number, GPUBuffer | GPUTextureView | GPUSampler>} resources by the number of their binding
+   * @param {Resources} resources
    */
   bind(pipeline, resources) {
     return this.device.createBindGroup({

@@ -1,7 +1,9 @@
 /** The camera of three.js in the training units of a mesh, and the uniforms of a frame. */
 
 import { Matrix4, Vector3 } from "three";
-import { magnified, viewUniforms } from "../render/view_uniforms.js";
+import { levelPlaces, usualLevelSigma } from "../render/levels.js";
+import { FLOAT16_SCALE, magnified, viewUniforms } from "../render/view_uniforms.js";
+import { supersamplingFor } from "../viewer/supersampling.js";
 
 /** @typedef {import("../render/types.js").SceneData} SceneData */
 /** @typedef {import("three").Camera} ThreeCamera */
@@ -29,7 +31,7 @@ export function nearestOf(camera) {
 }
 
 /** Focal lengths and principal point in pixels. @param {Frame} frame */
-export function lensOf({ camera, width, height, upward }) {
+function lensOf({ camera, width, height, upward }) {
   const p = camera.projectionMatrix.elements;
   return {
     fx: 0.5 * width * p[0],
@@ -37,6 +39,27 @@ export function lensOf({ camera, width, height, upward }) {
     cx: 0.5 * width * (1 - p[8]),
     cy: 0.5 * height * (upward ? 1 - p[9] : 1 + p[9]),
   };
+}
+
+/**
+ * How meshes are drawn together: the frame, its size with supersampling, the standard deviation of the levels of
+ * each mesh (0: all at full size), and whether there are levels, which one texture must hold.
+ *
+ * @param {import("./mobile_gs_mesh.js").MobileGSMesh[]} meshes
+ * @param {ThreeCamera} camera
+ * @param {Pick<Frame, "width" | "height" | "upward">} picture
+ * @param {boolean} floats whether sums are float32
+ * @param {number} most pixels along a side of a texture
+ */
+export function frameOf(meshes, camera, picture, floats, most) {
+  /** @type {Frame} */
+  const frame = { camera, ...picture, supersampling: 1, weightScale: floats ? 1 : FLOAT16_SCALE };
+  const lens = { ...lensOf(frame), ...picture, viewmat: [], near: 0 };
+  frame.supersampling = Math.max(...meshes.map((mesh) => mesh.supersampling ?? supersamplingFor(lens, mesh.views)));
+  const fine = { width: frame.supersampling * picture.width, height: frame.supersampling * picture.height };
+  const wanted = meshes.map((mesh) => mesh.levelSigma ?? usualLevelSigma(mesh.data?.footprint));
+  const leveled = Math.max(...levelPlaces(fine.width, fine.height).size) <= most && Math.max(...wanted) > 0;
+  return { frame, fine, sigmas: wanted.map((sigma) => (leveled ? sigma : 0)), leveled };
 }
 
 /**

@@ -1,6 +1,6 @@
 /** A scene on its way from a file to the renderers: loads it in a worker, and keeps its packed numbers. */
 
-import { loadingWorker } from "../assets.js";
+import { loadingWorker } from "../load/scene_worker.js";
 import { worldMeans } from "../mgs/positions.js";
 import { strides } from "../render/types.js";
 import { recordLogits } from "../viewer/pick.js";

@@ -1,6 +1,6 @@
 /** Finds the meshes of a render call, and draws them together. */
 
-import { shaderText } from "../assets.js";
+import { parsed } from "../assets.js";
 import { Frustum, Matrix4 } from "three";
 import { selectVariant } from "../viewer/variant_select.js";
 import { WebGlStage } from "./webgl_stage.js";
@@ -27,14 +27,10 @@ import { WebGpuStage } from "./webgpu_stage.js";
  * @property {boolean} measured whether the fastest way to draw is known, or being measured
  */
 
-const FILES = {
-  glsl: ["view", "packed", "whole", "project", "splat", "resolve"],
-  wgsl: ["view", "packed", "network", "project", "splat", "resolve"],
-};
 /** @type {Promise<unknown> | null} */
 let loading = null;
-/** Shaders by language and name. @type {Record<"glsl" | "wgsl", Record<string, string>>} */
-const shaders = { glsl: {}, wgsl: {} };
+/** Shaders by name. @type {Record<string, string>[]} */
+let [glsl, wgsl] = /** @type {Record<string, string>[]} */ ([]);
 
 /** By renderer. @type {Map<AnyRenderer, Drawing>} */
 const stages = new Map();
@@ -44,13 +40,10 @@ const projection = new Matrix4();
 
 /** Load the shaders once. */
 export function loadShaders() {
-  loading ??= Promise.all(
-    Object.entries(FILES).flatMap(([language, names]) =>
-      names.map(async (name) => {
-        shaders[/** @type {"glsl" | "wgsl"} */ (language)][name] = await shaderText(`${name}.${language}`);
-      }),
-    ),
-  );
+  loading ??= Promise.all([
+    parsed(import("../glsl.packed.js")),
+    parsed(import("../wgsl.packed.js")),
+  ]).then((texts) => ([glsl, wgsl] = texts));
   return loading;
 }
 
@@ -122,8 +115,8 @@ function stageOf(mesh, renderer) {
 
 /** @param {AnyRenderer} renderer */
 function newStage(renderer) {
-  if (!renderer.isWebGPURenderer) return new WebGlStage(renderer, shaders.glsl);
-  if (renderer.backend.isWebGPUBackend) return new WebGpuStage(renderer, shaders.wgsl);
+  if (!renderer.isWebGPURenderer) return new WebGlStage(renderer, glsl);
+  if (renderer.backend.isWebGPUBackend) return new WebGpuStage(renderer, wgsl);
   throw new Error("WebGPURenderer has no WebGPU in this browser: use WebGLRenderer here");
 }
 

@@ -1,5 +1,7 @@
 /** The least and the largest nearness of opaque meshes in blocks of pixels, by which Gaussians choose their level. */
 
+import { replaced } from "../render/webgl_textures.js";
+
 /** Texture units of blocks of 8 x 8 and of 64 x 64 pixels, behind those of the copies. */
 export const BLOCKS_UNIT = 14;
 export const WIDE_BLOCKS_UNIT = 15;
@@ -34,13 +36,8 @@ export class DepthBlocks {
       gl.bindFramebuffer(gl.FRAMEBUFFER, target.framebuffer);
       gl.activeTexture(target.unit);
       if (target.size.some((side, i) => side !== size[i])) {
-        gl.deleteTexture(target.texture);
-        target.texture = gl.createTexture();
+        target.texture = replaced(gl, target.texture, gl.RG16F, size[0], size[1]);
         target.size = size;
-        gl.bindTexture(gl.TEXTURE_2D, target.texture);
-        gl.texStorage2D(gl.TEXTURE_2D, 1, gl.RG16F, size[0], size[1]);
-        gl.texParameteri(gl.TEXTURE_2D, gl.TEXTURE_MIN_FILTER, gl.NEAREST);
-        gl.texParameteri(gl.TEXTURE_2D, gl.TEXTURE_MAG_FILTER, gl.NEAREST);
         gl.framebufferTexture2D(gl.FRAMEBUFFER, gl.COLOR_ATTACHMENT0, gl.TEXTURE_2D, target.texture, 0);
       }
       gl.bindTexture(gl.TEXTURE_2D, target.texture);

@@ -1,5 +1,7 @@
 /** Copies of a framebuffer of three.js: its depth, and its colours if they are needed. */
 
+import { replaced } from "../render/webgl_textures.js";
+
 /** @typedef {{depths: GLenum[], sure: boolean, color: GLenum}} Formats depth formats to try, whether the first is right, and the colours' */
 
 /** Texture units of the copies, behind those of the renderer. */
@@ -85,13 +87,8 @@ export class FramebufferCopy {
     gl.activeTexture(copy.unit);
     const key = `${format} ${right} ${top}`;
     if (copy.key !== key) {
-      gl.deleteTexture(copy.texture);
-      copy.texture = gl.createTexture();
+      copy.texture = replaced(gl, copy.texture, format, right, top);
       copy.key = key;
-      gl.bindTexture(gl.TEXTURE_2D, copy.texture);
-      gl.texStorage2D(gl.TEXTURE_2D, 1, format, right, top);
-      gl.texParameteri(gl.TEXTURE_2D, gl.TEXTURE_MIN_FILTER, gl.NEAREST);
-      gl.texParameteri(gl.TEXTURE_2D, gl.TEXTURE_MAG_FILTER, gl.NEAREST);
       gl.framebufferTexture2D(gl.DRAW_FRAMEBUFFER, attachment, gl.TEXTURE_2D, copy.texture, 0);
     }
     gl.bindTexture(gl.TEXTURE_2D, copy.texture);

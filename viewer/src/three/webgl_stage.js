@@ -6,13 +6,13 @@
  */
 
 import { Vector4 } from "three";
-import { LEVELS, levelPlaces, levelSizes, usualLevelSigma } from "../render/levels.js";
+import { LEVELS, levelPlaces, levelSizes } from "../render/levels.js";
+import { BATCH, CORNERS } from "../render/quads.js";
 import { strides } from "../render/types.js";
-import { FLOAT16_SCALE, VIEW_BYTES } from "../render/view_uniforms.js";
-import { BATCH, TARGETS, blendsFloats, maker } from "../render/webgl_program.js";
+import { VIEW_BYTES } from "../render/view_uniforms.js";
+import { TARGETS, blendsFloats, maker } from "../render/webgl_program.js";
 import { PACKED, Textures, extent } from "../render/webgl_textures.js";
-import { lensOf, meshUniforms, nearestOf } from "./placed_camera.js";
-import { supersamplingFor } from "../viewer/supersampling.js";
+import { frameOf, meshUniforms, nearestOf } from "./placed_camera.js";
 import { COLOR_UNIT, DEPTH_UNIT, FramebufferCopy } from "./webgl_copy.js";
 import { BLOCKS_UNIT, DepthBlocks, WIDE_BLOCKS_UNIT } from "./webgl_blocks.js";
 import { BLOCKS, NEARNESS, OVER, PARTLY_HIDDEN } from "./webgl_texts.js";
@@ -179,19 +179,13 @@ export class WebGlStage {
   #draw(meshes, camera, { framebuffer, target, reversed, scissored, tested }) {
     const gl = this.#gl;
     const { x, y, z: width, w: height } = viewport;
-    const { floats, strips } = meshes[0].variant ?? this.variant;
-    const weightScale = floats && blendsFloats(gl) ? 1 : FLOAT16_SCALE;
-    /** @type {Frame} */
-    const frame = { camera, width, height, upward: true, supersampling: 1, weightScale };
-    const lens = { ...lensOf(frame), viewmat: [], width, height, near: 0 };
-    frame.supersampling = Math.max(...meshes.map((mesh) => mesh.supersampling ?? supersamplingFor(lens, mesh.views)));
-    const fine = { width: frame.supersampling * width, height: frame.supersampling * height };
-    const sigmas = meshes.map((mesh) => mesh.levelSigma ?? usualLevelSigma(mesh.data?.footprint));
+    const { strips, ...wanted } = meshes[0].variant ?? this.variant;
+    const floats = wanted.floats && blendsFloats(gl);
     const most = gl.getParameter(gl.MAX_TEXTURE_SIZE);
-    const leveled = Math.max(...levelPlaces(fine.width, fine.height).size) <= most && Math.max(...sigmas) > 0;
+    const { frame, fine, sigmas, leveled } = frameOf(meshes, camera, { width, height, upward: true }, floats, most);
     const keeps = meshes.some((mesh) => mesh.material.depthWrite);
-    const size = this.#resize(fine.width, fine.height, leveled, weightScale === 1, keeps);
-    const all = meshes.map((mesh, i) => this.#uploaded(mesh, frame, leveled ? sigmas[i] : 0));
+    const size = this.#resize(fine.width, fine.height, leveled, floats, keeps);
+    const all = meshes.map((mesh, i) => this.#uploaded(mesh, frame, sigmas[i]));
 
     const opaque = /** @type {any} */ (target)?.isXRRenderTarget === true;
     const area = [x, y, x + width, y + height];
@@ -278,9 +272,7 @@ export class WebGlStage {
     this.#quads = { array: gl.createVertexArray(), corners: gl.createBuffer() };
     gl.bindVertexArray(this.#quads.array);
     gl.bindBuffer(gl.ELEMENT_ARRAY_BUFFER, this.#quads.corners);
-    const quad = [0, 1, 2, 2, 1, 3];
-    const corners = Array.from({ length: BATCH }, (_, i) => quad.map((corner) => 4 * i + corner));
-    gl.bufferData(gl.ELEMENT_ARRAY_BUFFER, Uint16Array.from(corners.flat()), gl.STATIC_DRAW);
+    gl.bufferData(gl.ELEMENT_ARRAY_BUFFER, CORNERS, gl.STATIC_DRAW);
   }
 
   /** Compute the looks of all Gaussians. @param {Splats} splats */

@@ -50,16 +50,7 @@ export class MeshProgram extends Program {
 
   /** Lists the visible Gaussians. @param {Variant} variant @param {boolean} tested whether they choose levels by the depth */
   list({ strips }, tested) {
-    return this.cached(`list ${strips} ${tested}`, () =>
-      this.device.createComputePipeline({
-        layout: "auto",
-        compute: {
-          module: this.module("project", PACKED),
-          entryPoint: tested ? "project_in_depth" : "project_sortfree",
-          constants: { STRIPS: Number(strips) },
-        },
-      }),
-    );
+    return this.computing("project", PACKED, tested ? "project_in_depth" : "project_sortfree", { STRIPS: Number(strips) });
   }
 
   /** Blocks of 8 x 8 or 64 x 64 pixels. @param {number} level 0 or 1 */

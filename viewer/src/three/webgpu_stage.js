@@ -1,13 +1,12 @@
 /** Draws all meshes of a scene into the current render pass of a WebGPURenderer, as webgl_stage.js does in WebGL2. */
 
-import { toFloat16 } from "../mgs/float16.js";
-import { levelPlaces, levelSizes, usualLevelSigma } from "../render/levels.js";
+import { levelPlaces, levelSizes } from "../render/levels.js";
+import { BATCH, CORNERS } from "../render/quads.js";
 import { strides } from "../render/types.js";
 import { GAUSSIANS } from "../render/view_network.js";
-import { FLOAT16_SCALE, VIEW_BYTES } from "../render/view_uniforms.js";
-import { BATCH, numbered } from "../render/webgpu_program.js";
-import { supersamplingFor } from "../viewer/supersampling.js";
-import { lensOf, meshUniforms, nearestOf } from "./placed_camera.js";
+import { VIEW_BYTES } from "../render/view_uniforms.js";
+import { numbered } from "../render/webgpu_program.js";
+import { frameOf, meshUniforms, nearestOf } from "./placed_camera.js";
 import { BLOCKS_FORMAT, MeshProgram, SUMS_DEPTH } from "./webgpu_passes.js";
 import { BLOCKS, DEPTH, PICTURE, PLACED, PLACED_BYTES, WIDE_BLOCKS } from "./webgpu_texts.js";
 
@@ -18,7 +17,7 @@ import { BLOCKS, DEPTH, PICTURE, PLACED, PLACED_BYTES, WIDE_BLOCKS } from "./web
 /** @typedef {import("../render/types.js").Part} Part */
 /** @typedef {import("../render/types.js").SceneData} SceneData */
 /** @typedef {import("../render/types.js").Variant} Variant */
-/** @typedef {Record<number, GPUBuffer | GPUTextureView | GPUSampler>} Resources by binding */
+/** @typedef {import("../render/webgpu_program.js").Resources} Resources */
 /**
  * A mesh's scene on a device.
  *
@@ -81,12 +80,8 @@ export class WebGpuStage {
     this.#backend = renderer.backend;
     this.#device = renderer.backend.device;
     this.#shaders = shaders;
-    const corners = new Uint16Array(6 * BATCH);
-    for (let quad = 0; quad < BATCH; quad++) {
-      corners.set([0, 1, 2, 2, 1, 3].map((corner) => 4 * quad + corner), 6 * quad);
-    }
     const use = GPUBufferUsage;
-    this.#corners = this.#program(false).filled(corners, use.INDEX);
+    this.#corners = this.#program(false).filled(CORNERS, use.INDEX);
     /** The arguments before anything is listed, by whether an instance is a quad. */
     this.#reset = [6 * BATCH, 4].map((vertices) =>
       this.#program(false).filled(Uint32Array.of(vertices, 0, 0, 0, 0, 0), use.COPY_SRC),
@@ -177,16 +172,10 @@ export class WebGpuStage {
     const keeps = depth !== null && meshes.some((mesh) => mesh.material.depthWrite);
     const variant = { ...(meshes[0].variant ?? this.variant), keeps };
     variant.floats &&= program.blendsFloats;
-    /** @type {Frame} */
-    const frame = { camera, width, height, upward: false, supersampling: 1, weightScale: variant.floats ? 1 : FLOAT16_SCALE };
-    const lens = { ...lensOf(frame), viewmat: [], width, height, near: 0 };
-    frame.supersampling = Math.max(...meshes.map((mesh) => mesh.supersampling ?? supersamplingFor(lens, mesh.views)));
-    const fine = [width, height].map((side) => frame.supersampling * side);
-    const sigmas = meshes.map((mesh) => mesh.levelSigma ?? usualLevelSigma(mesh.data?.footprint));
     const most = this.#device.limits.maxTextureDimension2D;
-    const leveled = Math.max(...levelPlaces(fine[0], fine[1]).size) <= most && Math.max(...sigmas) > 0;
-    const targets = this.#targetsOf(fine[0], fine[1], leveled, variant);
-    const all = meshes.map((mesh, i) => this.#uploaded(mesh, frame, leveled ? sigmas[i] : 0, program));
+    const { frame, fine, sigmas, leveled } = frameOf(meshes, camera, { width, height, upward: false }, variant.floats, most);
+    const targets = this.#targetsOf(fine.width, fine.height, leveled, variant);
+    const all = meshes.map((mesh, i) => this.#uploaded(mesh, frame, sigmas[i], program));
     const view = /** @type {GPUBuffer} */ (all[0].views.get(camera));
     // a multisampled depth that is not stored cannot be read
     tested &&= depth !== null && (depth.usage & GPUTextureUsage.TEXTURE_BINDING) !== 0;
@@ -197,7 +186,7 @@ export class WebGpuStage {
       for (const level of [0, 1]) {
         /** @type {Resources} */
         const read = level ? { [BLOCKS]: targets.blocks[0] } : { 0: view, [PLACED]: placed, [DEPTH]: scene };
-        this.#fill(encoder, program, program.blocks(level), read, [targets.blocks[level]]);
+        program.fill(encoder, program.blocks(level), read, [targets.blocks[level]]);
       }
     }
     for (const splats of all) this.#list(encoder, program, splats, camera, variant, tested && leveled ? targets.blocks : null);
@@ -231,7 +220,7 @@ export class WebGpuStage {
     if (leveled) {
       for (const [level, coarser] of [[2, 0], [1, 2]]) {
         const read = { 0: view, ...numbered([...targets.sums[0], ...targets.sums[coarser]], 1), 5: program.bilinear };
-        this.#fill(encoder, program, program.enlarge(level, variant.floats), read, targets.sums[level]);
+        program.fill(encoder, program.enlarge(level, variant.floats), read, targets.sums[level]);
       }
     }
     const picture = this.#copy(encoder, color, x, y, width, height);
@@ -363,15 +352,10 @@ export class WebGpuStage {
       list: storage(4 * total),
       drawn: storage(DRAWN_BYTES, use.INDIRECT | use.COPY_DST),
       network: data.network
-        ? { weights: program.filled(this.#weights(data.network, program), use.STORAGE), lobes: storage(4 * total) }
+        ? { weights: program.weights(data.network), lobes: storage(4 * total) }
         : null,
       views: new Map(),
     };
-  }
-
-  /** Numbers of the view network in the device's precision. @param {Float32Array<ArrayBuffer>} matrices @param {MeshProgram} program */
-  #weights(matrices, program) {
-    return program.number === "f16" ? Uint16Array.from(matrices, toFloat16) : matrices;
   }
 
   /**
@@ -389,51 +373,13 @@ export class WebGpuStage {
     encoder.copyBufferToBuffer(this.#reset[Number(variant.strips)], 0, drawn, 0, DRAWN_BYTES);
     if (network) {
       const read = { 0: view, 1: parts.shapes, 4: parts.lobes, 5: network.weights, 6: network.lobes };
-      this.#compute(encoder, program, program.network(KIND), read, Math.ceil(data.count / GAUSSIANS));
+      program.compute(encoder, program.network(KIND), read, Math.ceil(data.count / GAUSSIANS));
     }
     const lobes = network?.lobes ?? parts.lobes;
     /** @type {Resources} */
     const all = numbered([view, parts.shapes, parts.colors, lobes, looks, list, drawn], 0);
     if (blocks) [all[BLOCKS], all[WIDE_BLOCKS]] = blocks;
-    this.#compute(encoder, program, program.list(variant, blocks !== null), all, Math.ceil(data.count / BATCH));
-  }
-
-  /**
-   * @param {GPUCommandEncoder} encoder
-   * @param {MeshProgram} program
-   * @param {GPUComputePipeline} pipeline
-   * @param {Resources} resources
-   * @param {number} groups
-   */
-  #compute(encoder, program, pipeline, resources, groups) {
-    const across = Math.max(1, Math.min(groups, 65535));
-    const pass = encoder.beginComputePass();
-    pass.setPipeline(pipeline);
-    pass.setBindGroup(0, program.bind(pipeline, resources));
-    pass.dispatchWorkgroups(across, Math.ceil(groups / across));
-    pass.end();
-  }
-
-  /**
-   * Compute every pixel of textures.
-   *
-   * @param {GPUCommandEncoder} encoder
-   * @param {MeshProgram} program
-   * @param {GPURenderPipeline} pipeline
-   * @param {Resources} resources
-   * @param {GPUTextureView[]} written
-   */
-  #fill(encoder, program, pipeline, resources, written) {
-    const colorAttachments = written.map((view) => ({
-      view,
-      loadOp: /** @type {const} */ ("clear"),
-      storeOp: /** @type {const} */ ("store"),
-    }));
-    const pass = encoder.beginRenderPass({ colorAttachments });
-    pass.setPipeline(pipeline);
-    pass.setBindGroup(0, program.bind(pipeline, resources));
-    pass.draw(3);
-    pass.end();
+    program.compute(encoder, program.list(variant, blocks !== null), all, Math.ceil(data.count / BATCH));
   }
 
   /**

@@ -1,6 +1,6 @@
 /** What lies over the picture: title, hint and icon bar, which fade while nobody uses them. */
 
-import { xr } from "../chunks.js";
+import { own } from "../assets.js";
 
 const IDLE_TIME = 4000; // milliseconds
 const HINT_TIME = 7000;
@@ -56,7 +56,7 @@ export class Chrome {
     if (featurePolicy && !featurePolicy.allowsFeature("xr-spatial-tracking")) return;
     for (const [name, mode] of Object.entries(SESSIONS)) {
       if (!(await navigator.xr?.isSessionSupported(mode).catch(() => false))) continue;
-      this.#present = (await xr()).present;
+      this.#present = (await own(import("./xr.js"))).present;
       this.#of(name).hidden = false;
     }
   }

@@ -1,6 +1,6 @@
 /** Chooses the language of the interface, and puts its texts into the element. */
 
-import { languages } from "../chunks.js";
+import { parsed } from "../assets.js";
 import { LANGUAGES, en } from "./texts.js";
 
 /** @typedef {import("./texts.js").Texts} Texts */
@@ -20,7 +20,7 @@ export function languageOf(element) {
 export async function textsOf(language) {
   if (language === "en") return en;
   try {
-    return (await languages())[/** @type {"de"} */ (language)];
+    return (await parsed(import("../languages.packed.js")))[language];
   } catch {
     return en;
   }

@@ -1,5 +1,6 @@
 /** QR codes (ISO/IEC 18004): bytes, error correction level L, versions 1 to 20. */
 
+const QUIET = 4; // modules around a code
 // of level L, by version
 const CHECK = [7, 10, 15, 20, 26, 18, 20, 24, 30, 18, 20, 24, 26, 30, 22, 24, 28, 30, 28, 28]; // bytes per block
 const BLOCKS = [1, 1, 1, 1, 1, 2, 2, 2, 2, 4, 4, 4, 4, 4, 6, 6, 6, 6, 7, 8];
@@ -33,6 +34,15 @@ export function qrCode(text, mask) {
   const codes = [...masks].map((one) => drawn(version, bits, one));
   const penalties = codes.map(penalty);
   return codes[penalties.indexOf(Math.min(...penalties))];
+}
+
+/** A code as SVG; of a text that is too long, the empty text. @param {string} text */
+export function svgCode(text) {
+  const modules = qrCode(text);
+  if (!modules) return "";
+  const size = modules.length + 2 * QUIET;
+  const dark = modules.flatMap((row, y) => row.flatMap((on, x) => (on ? `M${x + QUIET} ${y + QUIET}h1v1h-1z` : [])));
+  return `<svg viewBox="0 0 ${size} ${size}"><path d="${dark.join("")}"/></svg>`;
 }
 
 /** Modules that hold data and check bits. @param {number} version */

@@ -1,6 +1,6 @@
 /** One scene in a canvas: loads it, renders it, and sorts it if needed. */
 
-import { loadingWorker } from "../assets.js";
+import { loadingWorker } from "../load/scene_worker.js";
 import { backToFront } from "../load/depth_sort.js";
 import { worldMeans } from "../mgs/positions.js";
 import { knownVariant, warmUp, warmUpDots } from "../render/calibrate.js";

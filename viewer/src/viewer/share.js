@@ -1,8 +1,6 @@
 /** Shares the page's address: by the device's own menu, as a link to copy, and as a QR code. */
 
-import { extras } from "../chunks.js";
-
-const QUIET = 4; // modules around a QR code
+import { own } from "../assets.js";
 
 /** True if the page has an address that others can open. */
 export const shareable = () => location.protocol.startsWith("http");
@@ -32,11 +30,7 @@ export const isLocal = ({ hostname }) => /^(localhost|127\..*|\[::1\])$/.test(ho
  */
 export async function codeOf(text) {
   try {
-    const modules = (await extras()).qrCode(text);
-    if (!modules) return "";
-    const size = modules.length + 2 * QUIET;
-    const dark = modules.flatMap((row, y) => row.flatMap((on, x) => (on ? `M${x + QUIET} ${y + QUIET}h1v1h-1z` : [])));
-    return `<svg viewBox="0 0 ${size} ${size}"><path d="${dark.join("")}"/></svg>`;
+    return (await own(import("./extras.js"))).svgCode(text);
   } catch {
     return "";
   }

@@ -1,6 +1,6 @@
 /**
- * All texts of the interface, by language. `{}` stands for a value. To add a language, add it here, in
- * `languages.js` and in `LANGUAGES`; types and tests tell what is missing.
+ * All texts of the interface, by language. `{}` stands for a value. To add a language, add it here and in
+ * `LANGUAGES`; types and tests tell what is missing. Pages load the languages that they need beside English.
  *
  * Error messages of the decoders are English: they name details that one looks up.
  */

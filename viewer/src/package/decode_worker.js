@@ -1,6 +1,5 @@
-/** The module of workers, whose text the package contains: loads scenes for the viewer, and decodes for `decodeMgs`. */
+/** The worker that decodes for `decodeMgs`; in Node.js its script becomes a module. */
 
-import { startWorker } from "../load/worker.js";
 import { SceneError } from "../mgs/error.js";
 import { decodeStream } from "./decode_stream.js";
 
@@ -29,9 +28,4 @@ async function decode(stream) {
   }
 }
 
-// Node.js, which has no workers of this kind, imports `decodeStream`
-if (globalThis.WorkerGlobalScope) {
-  startWorker();
-  const load = /** @type {(event: MessageEvent) => void} */ (self.onmessage);
-  self.onmessage = (event) => ("piece" in event.data ? take(event.data.piece) : load(event));
-}
+if (globalThis.WorkerGlobalScope) self.onmessage = ({ data }) => take(data.piece);
