@@ -47,6 +47,7 @@ SOURCES = {
 # names of other programs and of exported files
 FOREIGN = {"SPZ_ADOBE_coordinate_system", "sw.js", "report.html", "alphaTest", "alphaHash"}
 FOREIGN |= {"toneMapped", "chunkSize", "mesh.recolor"}
+FOREIGN |= {"DefaultStrategy", "radius_clip", "rasterization_2dgs", "sparse_grad"}  # gsplat's
 # entries of the npm package, which look like paths
 EXPORTS = json.loads((ROOT / "npm" / "package.json").read_text())["exports"]
 ENTRIES = {name.replace(".", "mobilegs", 1) for name in EXPORTS}

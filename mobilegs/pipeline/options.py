@@ -184,7 +184,9 @@ def resolve_recipe(
 
 def _option_settings(run: TrainRun, recipe: Recipe, footprint: Footprint | None) -> Iterator[str]:
     """Yield the settings that options stand for, and those that a given teacher brings."""
-    if footprint is not None and footprint != recipe.teacher.footprint:
+    own = recipe.teacher.footprint
+    given = None if footprint is None else (footprint.blur, footprint.antialiased)
+    if footprint is not None and given != (own.blur, own.antialiased):
         # its Gaussians may be as small as they are: it may be trained on larger photos
         yield f"student.footprint.blur={footprint.blur}"
         yield f"student.footprint.antialiased={str(footprint.antialiased).lower()}"

@@ -125,7 +125,7 @@ def test_float16_is_precise_enough_in_sorted_scenes(kind: str, painters: Painter
 OPEN_MGS = """
 const { SceneReader } = await import("/src/mgs/reader.js");
 const { GaussianDecoder } = await import("/src/mgs/gaussian_decoder.js");
-const { emptyScene, packRows } = await import("/src/render/encode_mgs.js");
+const { emptyScene, packRows } = await import("/src/render/pack.js");
 const reader = new SceneReader();
 reader.append(bytes);
 while (reader.step());
