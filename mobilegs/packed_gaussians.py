@@ -5,7 +5,7 @@ from collections.abc import Callable
 
 import numpy as np
 import torch
-from jaxtyping import Float, Int
+from jaxtyping import Float, Integer
 
 from mobilegs.gaussians import Gaussians
 
@@ -23,7 +23,7 @@ def logits_of(opacities: Float[np.ndarray, "n"]) -> Float[np.ndarray, "n"]:
 
 
 def quats_of_smallest_three(
-    small: Float[np.ndarray, "n 3"], largest: Int[np.ndarray, "n"]
+    small: Float[np.ndarray, "n 3"], largest: Integer[np.ndarray, "n"]
 ) -> Float[np.ndarray, "n 4"]:
     """Return unit quaternions from their other components and the index of the largest one."""
     parts = np.empty((len(small), 4))

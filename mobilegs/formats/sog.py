@@ -20,7 +20,7 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
-from typing import IO, Any
+from typing import Any
 
 import numpy as np
 import torch
@@ -144,7 +144,7 @@ def _from_folder(folder: Path) -> ReadFile:
     return read_file
 
 
-def _content(file: IO[bytes], size_max: int, name: str) -> bytes:
+def _content(file: io.BufferedIOBase, size_max: int, name: str) -> bytes:
     content = file.read(size_max + 1)
     if len(content) > size_max:
         raise InputError(f"{name} is too large: the scene is damaged")

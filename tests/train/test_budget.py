@@ -221,7 +221,7 @@ def test_options_decide_whether_a_run_has_a_budget(tmp_path: Path) -> None:
 def test_a_run_with_a_budget_can_be_repeated_and_resumed(
     capture: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(train, "MINUTES", (0.01, 10_000))
+    monkeypatch.setattr("mobilegs.pipeline.options.MINUTES", (0.01, 10_000))
     monkeypatch.setattr(budget, "STEPS_MIN", 20)
     monkeypatch.setattr(budget, "PIXELS_MIN", 16)
     settings = ("teacher.densify.min_interval=3",)

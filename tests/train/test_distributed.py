@@ -35,6 +35,7 @@ TEACHER_STEPS = 11  # of 30
 PROGRAM = """
 import os, sys
 from pathlib import Path
+from mobilegs.cli.main import main
 from mobilegs.pipeline import train
 rank, steps, number, *words = sys.argv[1:]
 taken = 0
