@@ -14,7 +14,7 @@ from torch.nn.functional import conv2d
 WINDOW = 11  # px; Wang et al. 2004, as 3DGS uses it
 SIGMA = 1.5  # px
 CLIPPED = 1 / 255  # distance to black or white from which on a channel tells its colour
-PULL = 1e-6  # of a pixel's weight, towards no change of colours
+RIDGE = 1e-6  # of a regression towards unchanged colours, per pixel
 C1, C2 = 0.01**2, 0.03**2  # stabilisers of SSIM for values in [0, 1]
 
 
@@ -60,8 +60,8 @@ def fitted_color(
     ones = torch.ones(int(used.sum()), 1, dtype=x.dtype, device=x.device)
     x, y = torch.cat([x[used], ones], dim=1), y[used]
     same = torch.eye(3, 4, dtype=x.dtype, device=x.device)
-    pull = PULL * max(len(x), 1) * torch.eye(4, dtype=x.dtype, device=x.device)
-    return torch.linalg.solve(x.T @ x + pull, x.T @ y + pull @ same.T).T
+    ridge = RIDGE * max(len(x), 1) * torch.eye(4, dtype=x.dtype, device=x.device)
+    return torch.linalg.solve(x.T @ x + ridge, x.T @ y + ridge @ same.T).T
 
 
 def color_corrected_psnr(

@@ -53,7 +53,7 @@ const MORE = 2 ** 20;
 /** Milliseconds between two updates of the page. */
 const SOON = 1500;
 /** Gaussians per received byte that memory may be allocated for, so that a false count in the header allocates little. */
-const ROOM = 8;
+const GAUSSIANS_PER_BYTE = 8;
 const PARTS = /** @type {Part[]} */ (["shapes", "colors", "lobes"]);
 
 /** Takes the script of `formats_worker.js`. */
@@ -136,7 +136,7 @@ class SceneSender {
   /** Allocate the scene once enough of the file is here; returns whether it is. @param {number} received bytes of the file */
   allocate(received) {
     const { count } = this.#header;
-    if (!this.#allocated && ROOM * received >= count) {
+    if (!this.#allocated && GAUSSIANS_PER_BYTE * received >= count) {
       this.#scene = this.#pool.output = emptyScene(
         this.#header,
         count,
