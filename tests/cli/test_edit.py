@@ -83,7 +83,7 @@ def test_settings_survive_an_export(
 ) -> None:
     words = ["export", str(scene), "--to", "site", "-o", str(tmp_path / "site")]
     assert main([*words, "--crop", "-1 -1 -1 1 1 1", *NOTES, *files]) == 0
-    page = (tmp_path / "site" / "index.html").read_text()
+    page = (tmp_path / "site" / "index.html").read_text("utf-8")
     data = (tmp_path / "site" / "scene.mgs").read_bytes()
     assert "<title>A garden</title>" in page
     edited, whole = decode_mgs(data), decode_mgs(MGS)
@@ -94,7 +94,7 @@ def test_settings_survive_an_export(
     again = tmp_path / "again.html"
     (tmp_path / "noted.mgs").write_bytes(data)
     assert main(["export", str(tmp_path / "noted.mgs"), "--to", "html", "-o", str(again)]) == 0
-    assert "<title>A garden</title>" in again.read_text()
+    assert "<title>A garden</title>" in again.read_text("utf-8")
 
 
 def test_notes_of_a_ply_are_attributes_of_its_page(
@@ -104,7 +104,9 @@ def test_notes_of_a_ply_are_attributes_of_its_page(
     write_ply(path, decode_mgs(MGS).decode().gaussians)
     words = ["export", str(path), "--to", "site", "-o", str(tmp_path / "site")]
     assert main([*words, *NOTES, *files]) == 0
-    (element,) = re.findall(r"<mobile-gs[^>]*>", (tmp_path / "site" / "index.html").read_text())
+    (element,) = re.findall(
+        r"<mobile-gs[^>]*>", (tmp_path / "site" / "index.html").read_text("utf-8")
+    )
     found = {name: html.unescape(text) for name, text in re.findall(r' ([\w-]+)="(.*?)"', element)}
     assert (found["heading"], found["credit"], found["limits"]) == ("A garden", "me", "none")
     assert found["start"] == "1 2 3 0 0 0 0.4 0.3"

@@ -104,7 +104,7 @@ def test_a_ply_becomes_a_page_with_the_axis_of_the_option_upright(
     for to, page in (("html", tmp_path / "plain.html"), ("site", tmp_path / "site")):
         words = ["export", str(tmp_path / "plain.ply"), "--to", to, "-o", str(page), "--up", "z"]
         assert main(words) == 0
-        text = (page if to == "html" else page / "index.html").read_text()
+        text = (page if to == "html" else page / "index.html").read_text("utf-8")
         assert re.search(r'<mobile-gs[^>]* up="z"', text)
     tab.page.goto(f"{(tmp_path / 'plain.html').as_uri()}?scale=1&variant=floats")
     assert tab.page.wait_for_function(SETTLED, timeout=60_000).json_value() == "loaded"
@@ -147,8 +147,8 @@ def test_a_visited_site_opens_offline(site: tuple[Path, str], tab: Tab) -> None:
 def test_files_of_another_version_are_not_kept(site: tuple[Path, str], tab: Tab, file: str) -> None:
     """A browser may visit the site while it is being uploaded."""
     folder, address = site
-    content = (folder / file).read_text()
-    version = re.findall(r'VERSION = "(\w+)"', (folder / "sw.js").read_text())[0]
+    content = (folder / file).read_text("utf-8")
+    version = re.findall(r'VERSION = "(\w+)"', (folder / "sw.js").read_text("utf-8"))[0]
     (folder / file).write_text(
         f"{content}\n" if file == "viewer.js" else content.replace(version, "")
     )
@@ -181,19 +181,19 @@ def test_a_browser_would_install_it(site: tuple[Path, str], tab: Tab) -> None:
 def test_the_site_has_all_the_files_that_it_names(site: tuple[Path, str], scene: Path) -> None:
     folder, _ = site
     assert (folder / "scene.mgs").read_bytes() == scene.read_bytes()
-    manifest = json.loads((folder / "manifest.webmanifest").read_text())
+    manifest = json.loads((folder / "manifest.webmanifest").read_text("utf-8"))
     assert manifest["name"] == "A <garden>"
     with Image.open(folder / manifest["icons"][0]["src"]) as icon:
         assert icon.size == (512, 512)
     with Image.open(folder / "poster.jpg") as poster:
         assert poster.size == (1200, 630)
         assert np.asarray(poster).std() > 5
-    listed = (folder / "sw.js").read_text().split("FILES = ", 1)[1].split("};", 1)[0] + "}"
+    listed = (folder / "sw.js").read_text("utf-8").split("FILES = ", 1)[1].split("};", 1)[0] + "}"
     files = {str(path.relative_to(folder)) for path in folder.rglob("*") if path.is_file()}
     assert set(json.loads(listed)) == files - {"sw.js", "mobile-gs.js"} | {"."}
     # browsers look at sw.js for a new version, so it is written last
     assert max(folder.iterdir(), key=lambda path: path.stat().st_mtime_ns).name == "sw.js"
-    assert "A &lt;garden&gt;" in (folder / "index.html").read_text()
+    assert "A &lt;garden&gt;" in (folder / "index.html").read_text("utf-8")
 
 
 @pytest.mark.thorough
@@ -203,11 +203,11 @@ def test_link_previews_have_the_full_address_of_the_image(
     words = ["export", str(scene), "--to", "site", "-o", str(tmp_path / "out"), "--url"]
     for url in ("https://me.example/a&b", "https://me.example/a&b/index.html"):
         assert main([*words, url]) == 0
-        page = (tmp_path / "out" / "index.html").read_text()
+        page = (tmp_path / "out" / "index.html").read_text("utf-8")
         assert 'og:image" content="https://me.example/a&amp;b/poster.jpg"' in page
         assert 'og:url" content="https://me.example/a&amp;b/"' in page
     assert main([*words, "https://me.example:8080/myindex.html"]) == 0
-    page = (tmp_path / "out" / "index.html").read_text()
+    page = (tmp_path / "out" / "index.html").read_text("utf-8")
     assert 'og:url" content="https://me.example:8080/myindex.html/"' in page
     wrong = ["me.example/a", "ftp://me.example/", "https://", "https://[", "https://a b.c/"]
     wrong += ["https://a.b/?", "https://a.b/#", "https://a.b:99999/", "https://u:p@a.b/"]
@@ -226,11 +226,11 @@ def test_export_replaces_earlier_exports_but_no_other_folder(
     site: tuple[Path, str], scene: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     folder, _ = site
-    before = (folder / "sw.js").read_text()
+    before = (folder / "sw.js").read_text("utf-8")
     words = ["export", str(scene), "--to", "site", "-o"]
     assert main([*words, str(folder), "--title", "other"]) == 0
-    assert (folder / "sw.js").read_text() != before  # browsers see a new version
-    page = (folder / "index.html").read_text()
+    assert (folder / "sw.js").read_text("utf-8") != before  # browsers see a new version
+    page = (folder / "index.html").read_text("utf-8")
     for word, file in (("src", "scene.mgs"), ("poster", "poster.jpg")):
         mark = hashlib.sha256((folder / file).read_bytes()).hexdigest()[:8]
         assert f'{word}="{file}?{mark}"' in page  # no cached file of an earlier version
@@ -280,7 +280,7 @@ def test_what_a_first_visit_loads_takes_less_than_61_kb() -> None:
 def test_the_parts_of_the_viewer_are_those_that_it_names() -> None:
     named = set()
     for file in ("preload.js", *SCRIPTS):
-        text = (DIST / file).read_text()
+        text = (DIST / file).read_text("utf-8")
         addresses = re.findall(r'import\("\./(\w+\.js)\?([0-9a-f]{16})"\)', text)
         assert text.count("import(") == len(addresses)
         assert all(version_of(script(part)) == version for part, version in addresses)
@@ -300,7 +300,7 @@ def test_a_site_shows_other_formats_offline_with_a_strict_policy(
         "style-src 'self' 'unsafe-inline'; script-src 'self' 'unsafe-inline' 'wasm-unsafe-eval'"
     )
     tag = f'<meta http-equiv="Content-Security-Policy" content="{policy}" />'
-    page.write_text(page.read_text().replace("<head>", f"<head>{tag}"))
+    page.write_text(page.read_text("utf-8").replace("<head>", f"<head>{tag}"))
     tab = chromium.tab(locale="de-DE")
     tab.page.goto(f"{address}?renderer=webgl")
     # the policy forbids playwright's own polling
@@ -330,7 +330,7 @@ def test_a_site_shows_other_formats_offline_with_a_strict_policy(
 
 @pytest.mark.parametrize("file", ["mobile-gs.js", "preload.js"])
 def test_a_script_can_stand_in_an_html_page(file: str) -> None:
-    text = (DIST / file).read_text()
+    text = (DIST / file).read_text("utf-8")
     assert "</script" not in text and "<!--" not in text
 
 
@@ -421,7 +421,7 @@ def test_the_title_is_the_name_of_the_capture(tmp_path: Path) -> None:
     (tmp_path / "scene.mgs").write_bytes(encode_mgs(replace(scene, meta={"capture": "My <yard>"})))
     words = ["export", str(tmp_path / "scene.mgs"), "--to", "html", "-o", str(tmp_path / "a.html")]
     assert main(words) == 0
-    assert "<title>My &lt;yard&gt;</title>" in (tmp_path / "a.html").read_text()
+    assert "<title>My &lt;yard&gt;</title>" in (tmp_path / "a.html").read_text("utf-8")
 
 
 def test_file_names_that_are_not_utf8_become_titles(scene: Path, tmp_path: Path) -> None:

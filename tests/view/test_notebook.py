@@ -33,7 +33,7 @@ def page_in(output: str) -> str:
 
 def test_a_scene_shows_the_page_that_is_exported(file: Path, tmp_path: Path) -> None:
     export_html(file, tmp_path / "page.html", title=title_of(file))
-    page = (tmp_path / "page.html").read_text()
+    page = (tmp_path / "page.html").read_text("utf-8")
     assert page_in(open_scene(file)._repr_html_()) == page
     assert page_in(decode_mgs(MGS)._repr_html_()) == page
 
@@ -43,9 +43,9 @@ def test_a_plain_scene_shows_its_gaussians_as_they_are_now(tmp_path: Path) -> No
     write_ply(path, blobs().select(slice(0, 7)))
     scene = open_scene(path)
     export_html(path, tmp_path / "page.html", title="scene")
-    assert page_in(scene._repr_html_()) == (tmp_path / "page.html").read_text()
+    assert page_in(scene._repr_html_()) == (tmp_path / "page.html").read_text("utf-8")
     scene.gaussians.means[:] += 1
-    assert page_in(scene._repr_html_()) != (tmp_path / "page.html").read_text()
+    assert page_in(scene._repr_html_()) != (tmp_path / "page.html").read_text("utf-8")
     page_in(Scene(blobs())._repr_html_())
 
 
