@@ -44,8 +44,8 @@ class EditOptions:
             0, or a .npy of row numbers or of a mask.
         min_cameras: Remove Gaussians that fewer than N cameras saw: the training cameras of
             --capture or of the scene's run, or else those that the file stores (at most 64).
-        remove_floaters: Remove Gaussians that float: isolated ones that few cameras saw, or that are
-            before what most of them see. Counts the same cameras.
+        remove_floaters: Remove Gaussians that float: isolated ones that few cameras saw, or that
+            are before what most of them see. Counts the same cameras.
         start_view: First view: eye, target "EX EY EZ TX TY TZ" in world units, and then, if given,
             the tangents of half the width and half the height that must be in the picture; or the
             address of the view in the viewer, with eye= and at=.
