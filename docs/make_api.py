@@ -56,7 +56,8 @@ SETTINGS_HEAD = """\
 Made by `python docs/make_api.py` from the sources. `mobilegs train --set PATH=VALUE ...` and
 `mobilegs compress --set ...` change any of these, `with_settings` does so in Python, and a
 run's `config.json` has the values that it used. If presets differ, each is named. `--steps`,
-`--max-splats`, `--method` and `--views-per-step` are short for some of them.
+`--max-splats`, `--method` and `--views-per-step` are short for some of them. A run with a budget of
+time, the default, chooses steps, numbers of Gaussians and the teacher's learning rates itself.
 """
 STATEMENTS = ROOT / "docs/paper_statements.csv"
 PRESETS_HEAD = """\

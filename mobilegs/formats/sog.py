@@ -130,7 +130,7 @@ def _from_zip(archive: zipfile.ZipFile, path: Path) -> ReadFile:
         if archive.getinfo(name).compress_type not in (zipfile.ZIP_STORED, zipfile.ZIP_DEFLATED):
             raise NotImplementedError  # other methods ignore the limit of read()
         with archive.open(name) as file:
-            return _content(file, size_max, f"{path}: {name}")
+            return _content(file.read, size_max, f"{path}: {name}")
 
     return read_file
 
@@ -139,13 +139,13 @@ def _from_folder(folder: Path) -> ReadFile:
     def read_file(name: str, size_max: int) -> bytes:
         file_size(folder / name)
         with (folder / name).open("rb") as file:
-            return _content(file, size_max, str(folder / name))
+            return _content(file.read, size_max, str(folder / name))
 
     return read_file
 
 
-def _content(file: io.BufferedIOBase, size_max: int, name: str) -> bytes:
-    content = file.read(size_max + 1)
+def _content(read: Callable[[int], bytes], size_max: int, name: str) -> bytes:
+    content = read(size_max + 1)
     if len(content) > size_max:
         raise InputError(f"{name} is too large: the scene is damaged")
     return content

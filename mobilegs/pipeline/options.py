@@ -62,15 +62,16 @@ class RunOptions:
     that misses it by more than 5 % is reported. Default: no target; the setting
     student.quantization.quality decides."""
     downscale: Annotated[int | None, arg(metavar="N")] = None
-    """Divide the width and height of the photos by N. Default: reduce photos to a width of at most
-    1600 pixels."""
+    """Divide the width and height of the photos by N. Default: with a time, the plan chooses; else
+    photos are reduced to a width of at most 1600 pixels."""
     background: Annotated[tuple[float, float, float] | None, arg(metavar="R G B")] = None
     """Background colour in 0..1, also that of a given scene, whose file does not contain it.
     Default: white for photos with transparency, otherwise black."""
     seed: Annotated[int, arg(metavar="N")] = 0
     """Seed of all random choices."""
     resume: bool = False
-    """Continue the run in RUN, or start it if there is none."""
+    """Continue the run in RUN, or start it if there is none. Of the options, those of the session
+    may differ: device, live, live-at, lpips-weights, checkpoint-seconds."""
     lpips_weights: Annotated[str | None, arg(metavar="DIR")] = None
     """Folder or http(s) address of LPIPS weights. Default: the environment variable
     MOBILEGS_LPIPS; if that is not set, LPIPS is not measured."""
@@ -117,8 +118,8 @@ class TrainRun(RunOptions):
     """A plain 3DGS scene to use as the teacher, as `mobilegs compress SCENE --capture CAPTURE`
     does. The student covers pixels as the scene does. Default: train a teacher."""
     max_splats: Annotated[int | None, arg(metavar="N")] = None
-    """Maximum number of Gaussians in the teacher. Default: one million with the preset
-    long, 60 thousand with short, 20 thousand with demo."""
+    """Maximum number of Gaussians in the teacher. Default: with a time, the plan chooses; else one
+    million with the preset long, 60 thousand with short, 20 thousand with demo."""
     views_per_step: Annotated[int | None, arg(metavar="N")] = None
     """Photos per step of teacher and student. Processes that torchrun started share them. To
     change only the student's, use `--set student.views_per_step=N`. Default: 1."""

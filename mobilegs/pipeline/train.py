@@ -313,10 +313,11 @@ def write_scene(job: Job, stage: Student) -> None:
     target, size = config.quantization.target_mb, job.run_dir.scene.stat().st_size / 1e6
     if target and abs(size - target) > TARGET_TOLERANCE * target:
         more = "fewer" if size > target else "more"
+        remedy = "" if job.run.teacher else " (--max-splats)"
         job.monitor.note(
             f"the file has {size:.3f} MB, not the {target:g} MB of target_mb: step sizes change up "
-            f"to eightfold, networks and header not at all; a teacher with {more} Gaussians "
-            "(--max-splats) comes nearer"
+            f"to eightfold, networks and header not at all; a teacher with {more} Gaussians"
+            f"{remedy} comes nearer"
         )
 
 

@@ -85,7 +85,7 @@ class LossConfig:
     """Weights of the loss. The weight of the rate term is `quantization.rate_weight`."""
 
     ssim_weight: float = 0.2
-    """Weight of D-SSIM in the distance to the photo, 0 to 1; L1 has the rest."""
+    """Weight of 1 - SSIM in the distance to the photo, 0 to 1; L1 has the rest."""
     distill_weight: float = 1.0
     """Weight of the L1 distance to the teacher's image, at least 0."""
     depth_weight: float = 0.1

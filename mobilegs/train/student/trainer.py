@@ -54,8 +54,17 @@ SPARSE_EVERY = 4  # steps between two gradients of the rate term, and of overdra
 class Student:
     """The training of a quantised, sort-free scene (Mobile-GS, sections 3.2 to 3.5).
 
-    A step renders photos, takes a step of Adam on `photo_loss` and the distances to the teacher's
-    images and depths, and from `schedule.quantize_from` on trains with the values of the file.
+    A step renders photos and takes a step of Adam. From `schedule.quantize_from` on it trains with
+    the values of the file. The loss of a step, with the weights of `config.loss` and the rate's
+    `lambda = quantization.rate_weight / quantization.quality**2`, is
+
+        (1 - ssim_weight) L1 + ssim_weight (1 - SSIM)           at each photo
+        + distill_weight L1(teacher's colours)
+        + depth_weight Var(log-depth - teacher's log-depth)     at virtual views, in some steps
+        + overdraw_weight (area of ellipses) + lambda (bits per Gaussian)
+        + 0.01 |change of the photo's colours|^2                where exposures are learned
+
+    Overdraw and bits count in every fourth step, four times.
 
     Example:
 

@@ -16,7 +16,8 @@ class VoteConfig:
     """Criteria and schedule of pruning by votes."""
 
     quantile: float = 0.2
-    """Quantile of all Gaussians, 0 to 1, below which a vote goes against a Gaussian (paper: 0.2).
+    """Quantile of all Gaussians, 0 to 1 (paper: 0.2). A vote goes against a Gaussian whose opacity
+    and largest scale are both below it; more than 0.6 of an interval's votes against it remove it.
     0 never prunes."""
     interval: float = 1 / 30
     """Time between two prunings, 0 to 1 (paper: 1,000 of 30,000)."""
