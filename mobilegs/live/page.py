@@ -112,9 +112,7 @@ class Page(PrivateServer):
     def visitors(self) -> list[Visitor]:
         """Return the browsers that are there, the longest without a frame first."""
         with self._lock:
-            for number, visitor in list(self._visitors.items()):
-                if self.clock() - visitor.seen_at > FORGET_SECONDS:
-                    del self._visitors[number]
+            self._forget(self.clock())
             return sorted(self._visitors.values(), key=lambda visitor: visitor.drawn_at)
 
     def send_frame(
@@ -126,6 +124,11 @@ class Page(PrivateServer):
             visitor.frames += 1
             source = visitor.last_request.source if visitor.last_request else None
             visitor.drawn_from = source if isinstance(source, BrowserCamera) else None
+
+    def _forget(self, now: float) -> None:
+        for number, visitor in list(self._visitors.items()):
+            if now - visitor.seen_at > FORGET_SECONDS:
+                del self._visitors[number]
 
     def set_status(self, rows: dict[str, str]) -> None:
         """Show the state of the training as names and values."""
@@ -151,6 +154,7 @@ class Page(PrivateServer):
         with self._lock:
             visitor = self._visitors.get(number)
             if visitor is None:
+                self._forget(now)
                 if len(self._visitors) >= VISITORS_MAX:
                     raise InputError(f"{VISITORS_MAX} browsers look on already")
                 visitor = self._visitors[number] = Visitor(camera, mode, now, now)
@@ -162,7 +166,7 @@ class Page(PrivateServer):
             drawn = visitor.drawn_from
             state = {
                 "paused": self.paused,
-                "rows": list((self._status | visitor.said).items()),
+                "rows": [*self._status.items(), *visitor.said.items()],
                 "seen": visitor.frames,
                 "nearest": self.cameras.nearest(camera),
                 "camera": None if drawn is None else [*drawn.viewmat, drawn.focal, drawn.height],

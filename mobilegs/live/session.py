@@ -7,6 +7,7 @@ from jaxtyping import Float
 from torch import Tensor
 
 from mobilegs.data.dataset import Dataset, View, load_view
+from mobilegs.errors import InputError
 from mobilegs.evaluate.metrics import to_bytes
 from mobilegs.live import frames
 from mobilegs.live.frame_budget import Detail, FrameBudget
@@ -77,11 +78,18 @@ class LiveSession:
                 continue
             urgent = last is None or last[:-1] != request[:-1]  # all but the step changed
             paused = self.page.paused
+            if visitor.frame is not None and not urgent:
+                continue  # nobody has fetched the last one
             if not paused and not self.budget.allows(urgent=urgent):
-                return
+                continue
             began = time.monotonic()
             visitor.last_request = request
-            self._send(stage, visitor, request)
+            try:
+                self._send(stage, visitor, request)
+            except (InputError, OSError, MemoryError, RuntimeError) as error:
+                # a photo that is gone, or too little memory: the training goes on
+                self._photo = None
+                visitor.said = {"no picture": str(error).partition("\n")[0]}
             visitor.drawn_at = time.monotonic()
             if not paused:
                 self.budget.spend(visitor.drawn_at - began)

@@ -53,8 +53,8 @@ class PrivateHandler(Handler):
             self.get(asked)
 
     def do_POST(self) -> None:
-        # what was posted is not always read: the connection cannot be used again
-        self.close_connection = True
+        # what was posted is not always read: then the connection cannot be used again
+        reusable, self.close_connection = not self.close_connection, True
         asked = self._asked()
         if asked is None:
             return
@@ -72,13 +72,16 @@ class PrivateHandler(Handler):
             self.send_error(HTTPStatus.REQUEST_ENTITY_TOO_LARGE, "this is too much")
             return
         body = self.rfile.read(int(length))
+        self.close_connection = not reusable
         try:
-            self.post(asked, json.loads(body))
-        except (InputError, RecursionError, ValueError) as error:
-            sentence = str(error) if isinstance(error, InputError) else "this is not JSON"
-            self.answer_json({"error": sentence}, HTTPStatus.BAD_REQUEST)
+            posted = json.loads(body)
+        except (RecursionError, ValueError):
+            self.answer_json({"error": "this is not JSON"}, HTTPStatus.BAD_REQUEST)
             return
-        self.close_connection = "close" in self.headers.get("Connection", "").lower()
+        try:
+            self.post(asked, posted)
+        except InputError as error:
+            self.answer_json({"error": str(error)}, HTTPStatus.BAD_REQUEST)
 
     def get(self, asked: str) -> None:
         """Answer a request for what follows the token."""

@@ -166,6 +166,7 @@ class Handler(BaseHTTPRequestHandler):
 
     server: Server  # pyright: ignore[reportIncompatibleVariableOverride]
     protocol_version = "HTTP/1.1"
+    disable_nagle_algorithm = True  # the body of an answer would wait for the head's receipt
     timeout = 60.0  # seconds without a byte, after which a connection ends
 
     def do_GET(self) -> None:

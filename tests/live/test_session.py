@@ -261,25 +261,89 @@ def test_a_crowd_is_limited_and_forgotten(dataset: Dataset) -> None:
         page.close()
 
 
-def test_random_messages_change_neither_result_nor_memory(dataset: Dataset, tmp_path: Path) -> None:
-    """A training with 1,000 random messages takes the steps of one without a visitor."""
-    noise = np.random.default_rng(0)
-    result = []
-    for attacked in (False, True):
-        training = Training(dataset, tmp_path / str(attacked), steps=60)
-        sent = 0
-        while attacked and sent < 1000:
-            message = wishes(cameras()[int(noise.integers(4))], visitor=int(noise.integers(40)))
-            name = list(message)[noise.integers(len(message))]
-            value = [None, -1, 1e308, BIG, "x", [], {}, int(noise.integers(1, 9000)), "depth"]
-            message[name] = value[noise.integers(len(value))]
-            sent += 1
-            assert training.client.post("look", message)[0] in (200, 400)
-        training.join()
-        result.append(training.stage.gaussians())
+def message(noise: np.random.Generator) -> dict[str, Any]:
+    """A message: half are valid, from anywhere, of any size; the others have a wrong field."""
+    size = noise.integers(200, 8000, 2).clip(max=1200 if noise.random() < 0.9 else 8192)
+    asked = wishes(
+        cameras()[int(noise.integers(4))],
+        visitor=int(noise.integers(12)),
+        mode=MODES[noise.integers(len(MODES))],
+        seen=int(noise.integers(50)),
+        width=int(size[0]),
+        height=int(size[1]),
+    )
+    turn = np.linalg.qr(noise.standard_normal((3, 3)))[0]
+    place = noise.standard_normal((3, 1)) * 10 ** noise.uniform(-3, 11)
+    asked["viewmat"] = [*np.hstack([turn, place]).flatten().tolist(), 0, 0, 0, 1]
+    asked["focal"] = asked["height"] * float(10 ** noise.uniform(-1.2, 1.6))
+    if noise.random() < 0.5:
+        values = [None, -1, 1e308, BIG, "x", [], {}, float("nan"), "sorted"]
+        asked[list(asked)[noise.integers(len(asked))]] = values[noise.integers(len(values))]
+    return asked
+
+
+@pytest.mark.thorough
+def test_a_training_with_a_thousand_random_messages_has_the_same_result(
+    dataset: Dataset, tmp_path: Path
+) -> None:
+    noise, statuses, drawn = np.random.default_rng(0), [], 0
+    attacked = Training(dataset, tmp_path / "attacked")
+    for number in range(1000):
+        statuses.append(attacked.client.post("look", message(noise))[0])
+        if number % 100 == 99:
+            drawn += sum(visitor.frames for visitor in attacked.visitors())
+    steps = attacked.stage.done
+    attacked.close()
+    steps, scene = attacked.stage.done, attacked.stage.gaussians().tensors()
+    assert {*statuses} == {200, 400} and statuses.count(200) > 300 and drawn > 100
+    quiet = Training(dataset, tmp_path / "quiet", last=steps)
+    quiet.join()
+    alone = quiet.stage.gaussians().tensors()
+    quiet.close()
+    assert all(torch.equal(scene[name], alone[name]) for name in scene)
+
+
+def test_a_photo_that_is_gone_does_not_end_the_training(
+    dataset: Dataset, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    training = Training(dataset, tmp_path)
+
+    def gone(frame: Any) -> None:
+        raise InputError("cannot read 0.png: there is no such file")
+
+    monkeypatch.setattr("mobilegs.live.session.load_view", gone)
+    try:
+        end = time.monotonic() + 60
+        said: dict[str, str] = {}
+        while "no picture" not in said and time.monotonic() < end:
+            state, _ = training.page.look(wishes(cameras()[0], mode="photo"))
+            said = dict(state["rows"])
+        assert "0.png" in said["no picture"]
+        done = training.stage.done
+        while training.stage.done < done + 3:
+            assert time.monotonic() < end
+            time.sleep(0.01)
+    finally:
         training.close()
-    same, after = (scene.tensors() for scene in result)
-    assert all(torch.equal(same[name], after[name]) for name in same)
+
+
+def test_a_browser_at_rest_does_not_keep_another_from_moving(
+    dataset: Dataset, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(FrameBudget, "allows", lambda budget, *, urgent: urgent)
+    training = Training(dataset, tmp_path)
+
+    def frames(visitor: int, mode: str) -> int:
+        return training.page.look(wishes(cameras()[0], visitor=visitor, mode=mode))[0]["seen"]
+
+    try:
+        end, mode = time.monotonic() + 60, "render"
+        while min(frames(1, "render"), frames(2, mode)) < 1 or frames(2, mode) < 4:
+            mode = "depth" if mode == "render" else "render"
+            assert time.monotonic() < end
+            time.sleep(0.05)
+    finally:
+        training.close()
 
 
 # --- in the browser
@@ -298,8 +362,9 @@ class CountedEvent(threading.Event):
 class Training:
     """A teacher that trains slowly, with a live view, in its own thread until `close`."""
 
-    def __init__(self, dataset: Dataset, folder: Path, steps: int = 1_000_000) -> None:
-        fixed = TeacherConfig(steps=steps, densify=DensifyConfig(strategy="fixed"))
+    def __init__(self, dataset: Dataset, folder: Path, last: int = 1_000_000) -> None:
+        fixed = TeacherConfig(steps=1_000_000, densify=DensifyConfig(strategy="fixed"))
+        self.last = last
         self.stage = Teacher(fixed, dataset, seed=0, device=CPU)
         self.page = Page("127.0.0.1", 0, dataset)
         self.client = Client(self.page)
@@ -329,7 +394,7 @@ class Training:
 
     def _train(self) -> None:
         frames = self.dataset.train
-        while not self.stop and self.stage.done < self.stage.steps:
+        while not self.stop and self.stage.done < self.last:
             [index] = view_order(len(frames), self.stage.done, 1, 0)
             self.monitor.after_step(
                 self.stage, self.stage.advance([(index, load_view(frames[index]))])
@@ -432,9 +497,13 @@ def test_people_move_the_camera_and_go_to_photos(training: Training, browser: An
         until(browser, is_at(3))
         browser.get_by_role("button", name="Go back to the start").click()
         until(browser, is_at(0))
+    browser.mouse.move(300, 450)
+    browser.mouse.wheel(0, 300)
+    until(browser, lambda: not is_at(0)())
+    browser.wait_for_timeout(1000)  # until the page knows what is nearest
     browser.get_by_role("button", name="Go to the nearest photo").click()
-    browser.wait_for_timeout(500)
-    assert is_at(0)()
+    nearest = training.page.cameras.nearest(training.visitors()[0].camera)
+    until(browser, is_at(nearest))
 
 
 def test_a_click_on_a_camera_goes_to_its_photo(training: Training, browser: Any) -> None:

@@ -20,6 +20,7 @@ import { Pose, cameraOf } from "./viewer/pose.js";
 
 const MOVING = 40; // milliseconds between two requests while the camera moves
 const RESTING = 200;
+const PATIENCE = 20000; // milliseconds until an answer
 const LOST = 2000; // before the next attempt to reach the training
 const FRUSTUM = 0.04; // depth of a drawn camera, in extents of the scene
 const NEAR_CLICK = 14; // pixels around a camera's place
@@ -45,6 +46,8 @@ let state = null;
 /** @type {ImageBitmap | null} */
 let frame = null;
 let movedAt = 0;
+/** Whether the canvas must be painted again. */
+let changed = true;
 
 /** The pose of a photo's camera, from where the whole photo is in the picture. @param {number} index */
 function poseOf(index) {
@@ -64,10 +67,15 @@ function goTo(index) {
   moved();
 }
 
-/** @param {string} address @param {unknown} content */
-function post(address, content) {
+/** @param {string} address @param {unknown} content @returns {Promise<Response>} */
+async function post(address, content) {
   const headers = { "Content-Type": "application/json" };
-  return fetch(address, { method: "POST", headers, body: JSON.stringify(content) });
+  const signal = AbortSignal.timeout(PATIENCE);
+  try {
+    return await fetch(address, { method: "POST", headers, body: JSON.stringify(content), signal });
+  } catch {
+    throw new Error("not reached: it has ended, or its machine is away");
+  }
 }
 
 /** The camera of the canvas, in device pixels. */
@@ -81,15 +89,18 @@ async function look() {
   const { viewmat, fx: focal, width, height } = camera();
   const seen = state?.seen ?? 0;
   const answer = await post("look", { visitor, seen, mode: modes.value, viewmat, focal, width, height });
+  if (answer.status === 404) throw new Error("another training runs at this address: open the one that it printed");
   if (!answer.ok) throw new Error((await answer.json()).error);
   const bytes = await answer.arrayBuffer();
   const length = new DataView(bytes).getUint32(0, true);
-  state = /** @type {State} */ (JSON.parse(new TextDecoder().decode(bytes.slice(4, 4 + length))));
+  const next = /** @type {State} */ (JSON.parse(new TextDecoder().decode(bytes.slice(4, 4 + length))));
   if (bytes.byteLength > 4 + length) {
-    const next = await createImageBitmap(new Blob([bytes.slice(4 + length)]));
+    const image = await createImageBitmap(new Blob([bytes.slice(4 + length)]));
     frame?.close();
-    frame = next;
+    frame = image;
   }
+  state = next; // with its frame: the cameras are drawn as the frame was seen
+  changed = true;
   say(state.rows);
   pauseButton.textContent = state.paused ? "Resume" : "Pause";
 }
@@ -112,6 +123,8 @@ function say(lines) {
 function paint() {
   const { width, height } = camera();
   if (canvas.width !== width || canvas.height !== height) Object.assign(canvas, { width, height });
+  else if (!changed) return;
+  changed = false;
   context.fillStyle = "#171717";
   context.fillRect(0, 0, width, height);
   if (frame === null) return;
@@ -188,11 +201,13 @@ const input = new Input(canvas, {
 let pressed = [0, 0];
 canvas.addEventListener("pointerdown", (event) => (pressed = [event.offsetX, event.offsetY]));
 canvas.addEventListener("pointerup", (event) => {
-  const index = Math.hypot(event.offsetX - pressed[0], event.offsetY - pressed[1]) < 4 ? cameraUnder(event) : -1;
+  const still = event.isPrimary && event.button === 0 && Math.hypot(event.offsetX - pressed[0], event.offsetY - pressed[1]) < 4;
+  const index = still ? cameraUnder(event) : -1;
   if (index >= 0) goTo(index);
 });
 canvas.addEventListener("pointermove", (event) => (canvas.style.cursor = cameraUnder(event) >= 0 ? "pointer" : ""));
-pauseButton.onclick = () => post("pause", { paused: !state?.paused });
+pauseButton.onclick = () => void post("pause", { paused: !state?.paused }).catch(() => {}); // `follow` says why
+withCameras.onchange = () => (changed = true);
 modes.append(...about.modes.map((name) => new Option(name)));
 modes.onchange = moved;
 photoList.append(...[CHOOSE, ...photos.map(({ name }) => name)].map((name) => new Option(name)));
@@ -209,8 +224,7 @@ async function follow() {
     try {
       if (document.visibilityState === "visible") await look();
     } catch (error) {
-      const gone = error instanceof TypeError; // fetch found nobody
-      say([["training", gone ? "not reached: it has ended, or its machine is away" : /** @type {Error} */ (error).message]]);
+      say([["training", /** @type {Error} */ (error).message]]);
       pause = LOST;
     }
     await new Promise((resolve) => setTimeout(resolve, pause));
