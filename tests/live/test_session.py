@@ -183,7 +183,7 @@ class Client:
 
 
 def wishes(camera: Camera, **other: Any) -> dict[str, Any]:
-    """What the page posts for a frame."""
+    """Return the message that the page posts for a frame."""
     browser = browser_at(camera, width=40, height=30)
     own = {"visitor": 1, "seen": 0, "mode": "render", "viewmat": list(browser.viewmat)}
     return own | {"focal": browser.focal, "width": 40, "height": 30} | other

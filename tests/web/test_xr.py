@@ -89,7 +89,7 @@ def test_a_session_draws_both_eyes_and_leaves_the_page_as_it_was(
     references: list[torch.Tensor] = []
 
     def complete() -> bool:
-        """Whether the scene has loaded again, where the page draws with WebGPU."""
+        """Return True once the scene has loaded again, where the page draws with WebGPU."""
         eye, _ = look(tab)
         references[:] = references or [standing(eye, -IPD / 2)]
         return psnr(eye.image[..., :3], references[0]) > 45

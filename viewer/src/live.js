@@ -46,7 +46,7 @@ let state = null;
 /** @type {ImageBitmap | null} */
 let frame = null;
 let movedAt = 0;
-/** Whether the canvas must be painted again. */
+/** True if the canvas must be painted again. */
 let changed = true;
 
 /** The pose of a photo's camera, from where the whole photo is in the picture. @param {number} index */
@@ -197,7 +197,7 @@ const input = new Input(canvas, {
   focus: () => {},
 });
 
-/** Where a pointer went down. */
+/** Place of the last press of a pointer, in CSS pixels. */
 let pressed = [0, 0];
 canvas.addEventListener("pointerdown", (event) => (pressed = [event.offsetX, event.offsetY]));
 canvas.addEventListener("pointerup", (event) => {

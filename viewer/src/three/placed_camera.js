@@ -42,7 +42,7 @@ function lensOf({ camera, width, height, upward }) {
 }
 
 /**
- * How meshes are drawn together: the frame, its size with supersampling, the standard deviation of the levels of
+ * Settings with which meshes are drawn together: the frame, its size with supersampling, the standard deviation of the levels of
  * each mesh (0: all at full size), and whether there are levels, which one texture must hold.
  *
  * @param {import("./mobile_gs_mesh.js").MobileGSMesh[]} meshes
