@@ -42,8 +42,8 @@ function lensOf({ camera, width, height, upward }) {
 }
 
 /**
- * Settings with which meshes are drawn together: the frame, its size with supersampling, the standard deviation of the levels of
- * each mesh (0: all at full size), and whether there are levels, which one texture must hold.
+ * Settings with which meshes are drawn together: the frame, its size with supersampling, the standard deviation of the
+ * levels of each mesh (0: all at full size), and whether there are levels, which one texture must hold.
  *
  * @param {import("./mobile_gs_mesh.js").MobileGSMesh[]} meshes
  * @param {ThreeCamera} camera
