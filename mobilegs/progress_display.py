@@ -16,6 +16,8 @@ from contextlib import AbstractContextManager, contextmanager, nullcontext, supp
 from threading import Event, Thread
 from typing import Protocol, runtime_checkable
 
+from mobilegs.errors import printable
+
 INTERVAL = 30.0  # seconds between two lines
 Advance = Callable[[int, int], None]  # called with what is done and the total
 # opens a piece of work by its title
@@ -58,12 +60,15 @@ def line_stream(*, data: bool = False) -> TextStream | None:
 
 
 def print_line(stream: TextStream | None, text: str) -> None:
-    """Print a line at once. A full disk or a closed pipe does not stop the work."""
+    """Print a line at once, as `printable` has it.
+
+    A full disk or a closed pipe does not stop the work.
+    """
     if stream is None:
         return
     encoding = getattr(stream, "encoding", None) or "utf-8"
     with suppress(OSError, ValueError):
-        stream.write(text.encode(encoding, "replace").decode(encoding) + "\n")
+        stream.write(printable(text).encode(encoding, "replace").decode(encoding) + "\n")
         stream.flush()
 
 
@@ -194,7 +199,7 @@ def _bar(title: str) -> Iterator[Advance]:
     from rich.console import Console
 
     columns = (
-        bars.TextColumn("{task.description}"),
+        bars.TextColumn("{task.description}", markup=False),
         bars.BarColumn(),
         bars.MofNCompleteColumn(),
         bars.TimeRemainingColumn(),
@@ -204,5 +209,5 @@ def _bar(title: str) -> Iterator[Advance]:
     console = Console(stderr=True)
     shown = bars.Progress(*columns, console=console, transient=True, redirect_stdout=redirect)
     with shown:
-        task = shown.add_task(title, total=None)
+        task = shown.add_task(printable(title), total=None)
         yield lambda done, total: shown.update(task, completed=done, total=total)

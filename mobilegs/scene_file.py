@@ -1,6 +1,5 @@
 """Scene files of all formats: open, inspect and write them."""
 
-import json
 import logging
 from collections.abc import Callable, Iterable
 from importlib import import_module
@@ -13,7 +12,7 @@ import torch
 from jaxtyping import Float
 from torch import Tensor
 
-from mobilegs.atomic import atomic_path
+from mobilegs.atomic import atomic_path, read_json
 from mobilegs.camera import NEAR, Camera
 from mobilegs.errors import InputError
 from mobilegs.formats import READ, WRITTEN, Kind
@@ -244,9 +243,9 @@ def capture_of_run(scene: Path) -> tuple[Path | None, int | None]:
     Both are None for a scene that does not lie in the folder of a run.
     """
     try:
-        options = json.loads(scene.with_name("config.json").read_bytes())["options"]
+        options = read_json(scene.with_name("config.json"))["options"]
         capture, downscale = Path(options["capture"]), options["downscale"]
-    except (OSError, ValueError, KeyError, TypeError):
+    except (ValueError, LookupError, TypeError):
         return None, None
     known = downscale is None or type(downscale) is int
     return capture if capture.is_dir() else None, downscale if known else None

@@ -9,7 +9,7 @@ from typing import Any
 
 from filelock import FileLock
 
-from mobilegs.atomic import make_folder
+from mobilegs.atomic import make_folder, refuse_links
 from mobilegs.errors import InputError
 
 # names that filesystems give to a file's version
@@ -62,6 +62,7 @@ def fetch(source: str, cache: Path) -> Path:
     with FileLock(target.with_name(f".{target.name}.lock")):
         if not target.exists():
             part = target.with_name(f".{target.name}.part")
+            refuse_links(part)
             shutil.rmtree(part, ignore_errors=True)
             for name in listing:
                 local = part / place.name / name if name else part / place.name

@@ -23,7 +23,7 @@ COLUMNS: tuple[Column, ...] = (
 
 def write_page(path: Path, entries: Sequence[Entry], summary: str) -> None:
     """Write the page of a batch; `summary` is a line about its progress."""
-    template = Template(TEMPLATE.read_text())
+    template = Template(TEMPLATE.read_text(encoding="utf-8"))
     parts = {
         "title": escaped(path.resolve().parent.name),
         "summary": escaped(summary),

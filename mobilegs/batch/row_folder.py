@@ -9,7 +9,7 @@ from typing import Any, Literal
 
 from filelock import FileLock, Timeout
 
-from mobilegs.atomic import atomic_write, make_folder
+from mobilegs.atomic import atomic_write, make_folder, read_json, read_text, refuse_links
 from mobilegs.errors import InputError
 
 RowKind = Literal["capture", "photos", "scene"]  # of a row's source
@@ -36,7 +36,8 @@ class RowFolder:
         self.site = path / "site"
 
     def create(self, source: str, options: dict[str, str], own: list[str]) -> None:
-        """Write what the list says of a row."""
+        """Write what the list says of a row. Raises InputError for links in place of its files."""
+        refuse_links(self.path, self.own, self.log, self.events_file, self.capture, self.site)
         make_folder(self.own)
         content = {"source": source, "options": options, "own": own}
         atomic_write(self.row, json.dumps(content, indent=2) + "\n")
@@ -46,7 +47,7 @@ class RowFolder:
         if not self.row.exists():
             return None
         try:
-            row = json.loads(self.row.read_text())
+            row = read_json(self.row)
             return {key: row[key] for key in ("source", "options", "own")}
         except (ValueError, KeyError, TypeError) as error:
             raise InputError(f"{self.row} is damaged: delete the folder {self.path}") from error
@@ -59,13 +60,13 @@ class RowFolder:
         """Return path and kind of the source, or None if it must be fetched."""
         if not self.place_file.exists():
             return None
-        place = json.loads(self.place_file.read_text())
+        place = read_json(self.place_file)
         path = Path(place["path"])
         return (path, place["kind"]) if path.exists() else None
 
     def append(self, event: str, attempt: int, **about: Any) -> None:
         row = {"event": event, "attempt": attempt, "time": round(time.time(), 3), **about}
-        with self.events_file.open("a") as file:
+        with self.events_file.open("a", encoding="utf-8") as file:
             file.write(json.dumps(row) + "\n")
 
     def events(self) -> list[dict[str, Any]]:
@@ -73,7 +74,7 @@ class RowFolder:
         if not self.events_file.exists():
             return []
         events = []
-        for line in self.events_file.read_text().splitlines():
+        for line in read_text(self.events_file).splitlines():
             try:
                 events.append(json.loads(line))
             except ValueError:
@@ -106,6 +107,7 @@ class RowFolder:
 @contextmanager
 def locked(path: Path, error: Exception, *, seconds: float = 0.0) -> Iterator[None]:
     """Hold the lock file `path`; raises `error` if another process keeps it for some seconds."""
+    refuse_links(path)
     lock = FileLock(path)
     try:
         lock.acquire(timeout=seconds)

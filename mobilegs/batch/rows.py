@@ -9,6 +9,7 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
+from mobilegs.atomic import read_text
 from mobilegs.batch.columns import (
     absolute,
     all_columns,
@@ -86,7 +87,7 @@ def refuse(faults: Sequence[str]) -> None:
     if faults:
         more = len(faults) - FAULTS_MAX
         rest = [f"and {more} more"] if more > 0 else []
-        raise InputError("\n".join([*faults[:FAULTS_MAX], *rest]))
+        raise InputError(*faults[:FAULTS_MAX], *rest)
 
 
 def _row(number: int, cells: Mapping[str, Any], defaults: Mapping[str, str], folder: Path) -> Row:
@@ -141,15 +142,8 @@ def _validated(row: Row) -> Row:
     return replace(row, options=options)
 
 
-def _text_in(path: Path) -> str:
-    try:
-        return path.read_text(encoding="utf-8-sig")
-    except UnicodeDecodeError:
-        raise InputError(f"{path} is not text in UTF-8") from None
-
-
 def _of_csv(path: Path) -> Iterator[dict[str, Any]]:
-    text = io.StringIO(_text_in(path), newline="")
+    text = io.StringIO(read_text(path), newline="")
     reader = csv.DictReader(text, restkey="", strict=True)
     try:
         names = [name.strip() for name in reader.fieldnames or []]
@@ -169,12 +163,12 @@ def _of_csv(path: Path) -> Iterator[dict[str, Any]]:
 
 
 def _of_json_lines(path: Path) -> Iterator[dict[str, Any]]:
-    for number, line in enumerate(_text_in(path).splitlines(), start=1):
+    for number, line in enumerate(read_text(path).splitlines(), start=1):
         if not line.strip():
             continue
         try:
             cells = json.loads(line)
-        except ValueError as error:
+        except (ValueError, RecursionError) as error:
             raise InputError(f"{path}, line {number}: this is not JSON ({error})") from None
         if not isinstance(cells, dict):
             raise InputError(f'{path}, line {number}: give an object like {{"source": "a"}}')

@@ -7,7 +7,7 @@ from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Literal
 
-from mobilegs.atomic import make_folder
+from mobilegs.atomic import make_folder, refuse_links
 from mobilegs.batch.columns import kind_of
 from mobilegs.batch.engine import Engine, Node
 from mobilegs.batch.fetch import is_address
@@ -190,6 +190,7 @@ class Batch:
         """Read the states of the rows from their folders. Arguments as in `run_batch`."""
         self.options, self.engine, self.shares = options, engine, shares
         self.say, self.summarize = say, summarize
+        refuse_links(options.output / "cache")
         self.cache = (options.cache or options.output / "cache").resolve()
         self.rows = [self._begin(row) for row in rows]
         self.by_folder = {str(each.folder.path): each for each in self.rows}
@@ -199,7 +200,7 @@ class Batch:
 
     def _begin(self, row: Row) -> TrackedRow:
         """Return a row with the state that its folder tells."""
-        folder = RowFolder((self.options.output / row.name).resolve())
+        folder = RowFolder(self.options.output.resolve() / row.name)
         folder.create(row.source, row.options, row.own)
         if not is_address(row.source):
             folder.set_place(Path(row.source), kind_of(Path(row.source)))

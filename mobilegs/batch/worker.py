@@ -14,7 +14,7 @@ from pathlib import Path
 
 from mobilegs.batch.row_folder import RowFolder
 from mobilegs.batch.task import GRACE_SECONDS, Result, Task
-from mobilegs.errors import InputError
+from mobilegs.errors import InputError, printable
 from mobilegs.progress_display import printed_log
 
 BLOCK = 4096
@@ -63,7 +63,7 @@ def _run(task: Task, folder: RowFolder) -> tuple[Result, str]:
     else:
         result, message = "done", ""
     if message:
-        print(f"mobilegs: {message}", file=sys.stderr)
+        print(f"mobilegs: {printable(message)}", file=sys.stderr)
     return result, message
 
 

@@ -12,7 +12,7 @@ import numpy as np
 import torch
 from PIL import Image, ImageOps
 
-from mobilegs.atomic import atomic_path, make_folder, reading
+from mobilegs.atomic import atomic_path, make_folder, open_input
 from mobilegs.camera import Camera
 from mobilegs.data import images
 from mobilegs.data.distortion import undistort
@@ -243,10 +243,10 @@ def open_photo(path: Path) -> Image.Image:
 
     Raises InputError if it is not an image, or needs a library that is not installed.
     """
+    with open_input(path) as file:
+        head = file.read(12)
     if path.suffix.lower() in RAW:
         return _open_raw(path)
-    with reading(path), path.open("rb") as file:
-        head = file.read(12)
     if head[4:8] != b"ftyp" or head[8:12] not in HEIC_BRANDS:
         return images.open_image(path)
     needed = f"{path} is HEIC: export the photos as JPEG, or use pi-heif"

@@ -10,6 +10,7 @@ from typing import Annotated, Any, TypedDict, cast
 
 from tyro.conf import Positional, arg
 
+from mobilegs.atomic import refuse_links
 from mobilegs.capture.coverage import draw_coverage
 from mobilegs.capture.features import Lens, extract_features
 from mobilegs.capture.mapping import (
@@ -191,6 +192,7 @@ def capture_photos(run: CaptureRun, *, progress: Progress = no_progress) -> Capt
 def run_stages(given: StageInputs, keys: dict[str, str]) -> dict[str, Any]:
     """Run all stages that are not done, and return the record of the last one."""
     workspace = given.workspace
+    refuse_links(workspace.images, workspace.sparse, workspace.work, *workspace.work.rglob("*"))
     record = workspace.run("photos", keys["photos"], lambda: prepare(given))
     photos = [PreparedPhoto(**photo) for photo in record["photos"]]
     workspace.run("features", keys["features"], lambda: features(given, photos))

@@ -10,7 +10,7 @@ import numpy as np
 from jaxtyping import UInt8
 from PIL import Image
 
-from mobilegs.atomic import make_folder
+from mobilegs.atomic import file_size, make_folder
 from mobilegs.capture.hdr import hdr_kind, sdr_pixels
 from mobilegs.capture.photos import (
     PHOTOS_MIN,
@@ -97,6 +97,7 @@ def time_span(video: Path) -> tuple[float, float]:
     Raises InputError if the file has no video.
     """
     av = library()
+    file_size(video)  # raises for a pipe
     try:
         with av.open(str(video)) as container:
             if not container.streams.video:

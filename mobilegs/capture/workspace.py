@@ -8,7 +8,7 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
-from mobilegs.atomic import atomic_write, reading
+from mobilegs.atomic import atomic_write, open_input, read_json
 from mobilegs.errors import InputError
 
 STAGES = ("photos", "features", "matches", "model", "capture")
@@ -90,10 +90,10 @@ class Workspace:
 
     def _parsed(self, stage: str) -> dict[str, Any] | None:
         try:
-            record = json.loads(self._record(stage).read_text())
+            record = read_json(self._record(stage))
             known = {"key": str(record["key"]), "done": bool(record["done"])}
             return {**record, **known, "seconds": float(record["seconds"])}
-        except (OSError, ValueError, KeyError, TypeError):
+        except (ValueError, LookupError, TypeError, OverflowError):
             return None
 
     def finished(self, key: str) -> dict[str, Any] | None:
@@ -149,5 +149,5 @@ def digest(*parts: Any) -> str:
 
 def file_digest(path: Path) -> str:
     """Return the SHA-256 of a file's content. Raises InputError if it cannot be read."""
-    with reading(path), path.open("rb") as file:
+    with open_input(path) as file:
         return hashlib.file_digest(file, "sha256").hexdigest()

@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal
 from tyro.conf import Positional, arg
 
 from mobilegs.cli.output import console, escape
-from mobilegs.errors import InputError
+from mobilegs.errors import InputError, printable
 from mobilegs.progress_display import INTERVAL, is_terminal, print_line
 
 if TYPE_CHECKING:
@@ -131,7 +131,7 @@ def lines() -> Iterator[tuple[Any, Any]]:
 
         def summarize(text: str) -> None:
             nonlocal latest
-            live.update(Text(text))
+            live.update(Text(printable(text)))
             latest = text
 
         yield say, summarize
@@ -159,7 +159,7 @@ def _plain_lines() -> tuple[Any, Any]:
 
 def with_time(text: str) -> str:
     """Return a line with the time of day before it."""
-    return f"{time.strftime('%H:%M:%S')} {text}"
+    return f"{time.strftime('%H:%M:%S')} {printable(text)}"
 
 
 def print_failed(entries: "Sequence[Entry]") -> None:

@@ -3,7 +3,6 @@
 `EditOptions` are also options of `export`.
 """
 
-import json
 import re
 import tempfile
 from collections.abc import Iterator
@@ -14,7 +13,8 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 from tyro.conf import Positional, arg
 
-from mobilegs.errors import InputError
+from mobilegs.atomic import read_json
+from mobilegs.errors import InputError, printable
 
 if TYPE_CHECKING:
     from mobilegs.camera import Camera
@@ -22,7 +22,6 @@ if TYPE_CHECKING:
     from mobilegs.scene_file import Kind
 
 FIELD = 0.42  # tangent of half the field of view of a start view, without a training camera
-JSON_MAX = 1 << 20  # bytes of a file of annotations or of a camera path
 BoxText = Annotated[str, arg(metavar="BOX")]
 View = Annotated[str, arg(metavar="VIEW")]
 JsonFile = Annotated[Path | None, arg(metavar="JSON")]
@@ -119,7 +118,8 @@ def edit(
     validate_output(scene, output)
     scene_edit = edit_of(edits, scene, title=title, up=up)
     report = _written(scene, output, scene_edit, capture)
-    print("\n".join([*report.lines, f"{output} is written, {scene} is as it was"]))
+    for line in (*report.lines, f"{output} is written, {scene} is as it was"):
+        print(printable(line))
 
 
 def edit_of(options: EditOptions, scene: Path, *, title: str = "", up: str = "") -> "SceneEdit":
@@ -152,9 +152,9 @@ def edit_of(options: EditOptions, scene: Path, *, title: str = "", up: str = "")
         plane = r.parsed_plane(options.floor, "--floor")
         changes["floor"] = n.plane_text(plane.normal, plane.offset)
     if options.annotations is not None:
-        changes |= n.annotation_notes(n.parsed_annotations(_json_of(options.annotations)))
+        changes |= n.annotation_notes(n.parsed_annotations(read_json(options.annotations)))
     if options.camera_path is not None:
-        changes |= n.path_notes(n.parsed_path(_json_of(options.camera_path)))
+        changes |= n.path_notes(n.parsed_path(read_json(options.camera_path)))
     if options.no_limits:
         changes["limits"] = "none"
     return SceneEdit(
@@ -193,7 +193,8 @@ def edited_copy(
     with tempfile.TemporaryDirectory() as folder:
         copy = Path(folder, f"{scene.stem}{suffix}")
         report = _written(scene, copy, scene_edit, capture)
-        print("\n".join(report.lines))
+        for line in report.lines:
+            print(printable(line))
         yield copy, notes
 
 
@@ -219,7 +220,7 @@ def convert_edited(
                 "(`mobilegs edit`), then export that"
             )
         source = teacher
-        print(f"{scene} is sort-free: {teacher} is edited and written instead")
+        print(printable(f"{scene} is sort-free: {teacher} is edited and written instead"))
     with edited_copy(source, edits, title="", capture=capture) as (copy, notes):
         if notes:
             raise InputError(f"a .{kind} has no place for {', '.join(notes)}: export a page")
@@ -325,14 +326,3 @@ def _field_of(scene: Path) -> float:
         return FIELD
     view = read_mgs(scene).views[0]
     return min(view.width / float(view.K[0, 0]), view.height / float(view.K[1, 1])) / 2
-
-
-def _json_of(path: Path) -> Any:
-    try:
-        if path.stat().st_size > JSON_MAX:
-            raise InputError(f"{path} is larger than {JSON_MAX} bytes")
-        return json.loads(path.read_text(encoding="utf-8"))
-    except OSError as error:
-        raise InputError(f"cannot read {path}: {error.strerror}") from None
-    except (ValueError, RecursionError):
-        raise InputError(f"{path} is not valid JSON") from None

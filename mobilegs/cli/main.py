@@ -3,7 +3,6 @@
 Heavy modules are imported when a verb runs, so that `--help` answers at once.
 """
 
-import errno
 import os
 import sys
 from collections.abc import Callable, Sequence
@@ -14,13 +13,14 @@ from typing import Annotated
 from tyro.conf import Positional, arg
 
 from mobilegs import __version__
+from mobilegs.atomic import disk_error
 from mobilegs.cli.batch import batch
 from mobilegs.cli.edit import NO_EDITS, EditOptions, convert_edited, edit, edited_copy
 from mobilegs.cli.options import call
 from mobilegs.cli.output import print_contents, print_findings, print_metrics
 from mobilegs.cli.render import Device, Up, open_scene_and_capture, render, usual_capture
 from mobilegs.cli.train import capture, compress, convert, demo, train
-from mobilegs.errors import InputError
+from mobilegs.errors import InputError, printable
 from mobilegs.formats import Export
 from mobilegs.progress_display import printed_log, show_progress
 
@@ -207,7 +207,7 @@ def export(
             size = convert(scene, output, to, up=up, **options)
         else:
             size = convert_edited(scene, output, to, edits, up=up, **options)
-    print(f"{output}: {size:,} bytes")
+    print(printable(f"{output}: {size:,} bytes"))
 
 
 def info(scene: SceneFile, *, json: bool = False) -> None:
@@ -300,7 +300,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
         return 0
     verb = VERBS.get(words[0])
     if verb is None:
-        return fail(f"there is no verb '{words[0]}': use one of {', '.join(VERBS)}", 2)
+        return fail(f"there is no verb '{words[0]}': use one of {', '.join(VERBS)}", code=2)
     try:
         with printed_log():
             if verb in (train, compress, capture):  # options are dataclasses, imported late
@@ -308,24 +308,31 @@ def main(arguments: Sequence[str] | None = None) -> int:
             else:
                 call(verb, words[1:], verb=words[0])
     except InputError as error:
-        return fail(str(error), 2)
+        return fail(*error.args, code=2)
     except (MemoryError, RuntimeError) as error:  # a small file can request much memory
         if not isinstance(error, MemoryError) and "allocate" not in str(error):  # torch's message
             raise
-        return fail("there is not enough memory for this", 2)
+        return fail("there is not enough memory for this", code=2)
     except KeyboardInterrupt as error:
-        return fail(str(error) or "interrupted", 130)
+        return fail(str(error) or "interrupted", code=130)
     except BrokenPipeError:  # `mobilegs ... | head`
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
         return 1
     except OSError as error:
-        if not error.filename and error.errno != errno.ENOSPC:  # a full disk has no file name
+        reason = disk_error(error)  # a disk's errors have no file name
+        if not error.filename and not reason:
             raise
-        return fail(": ".join(map(str, filter(None, (error.filename, error.strerror)))), 2)
+        parts = (error.filename, reason or error.strerror)
+        return fail(": ".join(map(str, filter(None, parts))), code=2)
+    except ImportError as error:  # a damaged installation, or too little memory for a library
+        if isinstance(error, ModuleNotFoundError):
+            raise
+        return fail(f"a library cannot be loaded ({error}): free memory, or reinstall it", code=2)
     return 0
 
 
-def fail(message: str, code: int) -> int:
-    """Print why the program ends to standard error, and return the exit code."""
-    print(f"mobilegs: {message}", file=sys.stderr)
+def fail(*sentences: object, code: int) -> int:
+    """Print why the program ends to standard error, a line each, and return the exit code."""
+    for number, sentence in enumerate(sentences):
+        print(f"{'' if number else 'mobilegs: '}{printable(str(sentence))}", file=sys.stderr)
     return code

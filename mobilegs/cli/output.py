@@ -6,6 +6,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, cast
 
 from mobilegs.cli.doctor import Finding
+from mobilegs.errors import printable
 
 if TYPE_CHECKING:
     from mobilegs.capture.run import CaptureReport
@@ -23,10 +24,10 @@ def console() -> Any:
 
 
 def escape(text: str) -> str:
-    """Escape square brackets, which are markup in rich."""
+    """Return a text as `printable` has it, for rich: square brackets are its markup."""
     from rich.markup import escape
 
-    return escape(text)
+    return escape(printable(text))
 
 
 def print_capture(report: "CaptureReport", output: Path) -> None:
@@ -38,14 +39,14 @@ def print_capture(report: "CaptureReport", output: Path) -> None:
     if report["left_out"]:
         names = report["left_out"]
         rest = f" and {len(names) - NAMES_MAX} more" if len(names) > NAMES_MAX else ""
-        print(f"left out: {', '.join(names[:NAMES_MAX])}{rest}")
+        print(printable(f"left out: {', '.join(names[:NAMES_MAX])}{rest}"))
     if kind := report.get("hdr"):
         print(f"the video is HDR ({kind}): its frames were converted to sRGB")
     for sentence in report.get("unreadable", [])[:NAMES_MAX]:
-        print(f"left out: {sentence}")
+        print(printable(f"left out: {sentence}"))
     if others := report.get("other_files"):
         kinds = ", ".join(f"{number} {kind}" for kind, number in others.items())
-        print(f"files beside the photos that are none, and were not used: {kinds}")
+        print(printable(f"files beside the photos that are none, and were not used: {kinds}"))
     if len(report["models"]) > 1:
         sizes = " + ".join(str(size) for size in report["models"])
         print(f"the photos form unconnected models of {sizes} photos: the largest is used")
@@ -90,7 +91,8 @@ def print_metrics(about: dict[str, Any], result: "SceneMetrics") -> None:
 
     means = {name: mean for name, mean in result.items() if name != "views" and mean is not None}
     name = Path(about["scene"]).name
-    print(f"{name}: {about['gaussians']:,} Gaussians, {about['file_bytes']:,} bytes")
+    line = f"{name}: {about['gaussians']:,} Gaussians, {about['file_bytes']:,} bytes"
+    print(printable(line))
     line = f"{about['fragments']:.1f} fragments per pixel"
     if levels := about.get("fragments_by_level"):
         listed = ", ".join(f"{value:.1f}" for value in levels)
@@ -121,10 +123,6 @@ PARTS = {
     "codebooks": "codebooks",
 }
 UNUSED = "unused streams"
-# marks that change the direction of the text that follows
-DIRECTION_MARKS = dict.fromkeys(
-    [*range(0x202A, 0x202F), *range(0x2066, 0x206A), 0x200E, 0x200F, 0x061C]
-)
 QUANTIZERS = {"nvq": "codebooks (nvq)", "sq": "step sizes (sq)"}
 
 
@@ -133,10 +131,8 @@ def print_contents(contents: "SceneContents") -> None:
     from rich.table import Table
 
     size, count = contents["file_bytes"], contents["gaussians"]
-    print(
-        f"{contents['file']}: {count:,} Gaussians, {size:,} bytes, "
-        f"{size / max(count, 1):.2f} per Gaussian"
-    )
+    line = f"{contents['file']}: {count:,} Gaussians, {size:,} bytes, "
+    print(printable(line + f"{size / max(count, 1):.2f} per Gaussian"))
     table = Table(box=None, show_header=False)
     for name, text in _topics(contents).items():
         table.add_row(escape(name), escape(text))
@@ -149,7 +145,7 @@ def print_contents(contents: "SceneContents") -> None:
         notes = Table("notes of the author", "", box=None)
         for name, value in mgs["meta"].items():
             row = name.replace("_", " "), readable(value)
-            notes.add_row(*(escape(text.translate(DIRECTION_MARKS)) for text in row))
+            notes.add_row(*(escape(text) for text in row))
         console().print(notes)
     parts: dict[str, int] = {}
     for row in mgs["streams"]:

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 from tyro.conf import Positional, arg
 
-from mobilegs.errors import InputError
+from mobilegs.errors import InputError, printable
 from mobilegs.progress_display import show_progress
 from mobilegs.up import Axis
 
@@ -104,7 +104,7 @@ def render_photos(
             with atomic_path(path) as temporary:
                 Image.fromarray(pixels).save(temporary, format="PNG")
             advance(done, len(frames))
-    print(f"{output}: {len(frames)} images")
+    print(printable(f"{output}: {len(frames)} images"))
 
 
 def render_orbit(
@@ -127,7 +127,7 @@ def render_orbit(
     with show_progress("rendering") as advance:
         options = {"seconds": seconds, "width": width, "height": height, "progress": advance}
         written = write_orbit(opened, views, output, up=up, draw=draw, **options)
-    print(f"{output}: {written:,} bytes")
+    print(printable(f"{output}: {written:,} bytes"))
     if up is None and opened.up is None:
         print(f"up is {up_source(scene, None)} (--up changes it)")
 

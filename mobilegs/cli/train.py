@@ -8,7 +8,7 @@ from tyro.conf import arg
 
 from mobilegs.cli.options import call
 from mobilegs.cli.output import print_capture, print_trained
-from mobilegs.errors import InputError
+from mobilegs.errors import InputError, printable
 from mobilegs.progress_display import show_progress
 
 if TYPE_CHECKING:
@@ -40,7 +40,7 @@ def demo(
         seed: Seed of all random choices.
         live: Show the scene in the browser during the training; the address is printed.
     """
-    from mobilegs.atomic import make_folder
+    from mobilegs.atomic import make_folder, refuse_links
     from mobilegs.data.demo.capture import demo_capture, write_capture
     from mobilegs.live import ADDRESS, validate_live_options
     from mobilegs.pipeline.options import TrainRun
@@ -50,6 +50,7 @@ def demo(
     if not (capture / "sparse" / "0" / "cameras.txt").exists():  # written last
         if (output / "config.json").exists():
             raise InputError(f"{output} holds a run of something else: give another folder")
+        refuse_links(capture, capture / "images", capture / "sparse", capture / "sparse" / "0")
         make_folder(capture)
         with show_progress("rendering photos") as advance:
             write_capture(capture, demo_capture(width=480, height=320, progress=advance))
@@ -104,7 +105,7 @@ def convert(scene: Path, output: Path, kind: "Kind", **options: Any) -> int:
     except KeyboardInterrupt:
         raise KeyboardInterrupt("interrupted: nothing was written") from None
     if message:
-        print(message)
+        print(printable(message))
     return size
 
 

@@ -1,11 +1,11 @@
 """Reads a capture from disk into a `Dataset`: posed photos, held-back photos, sparse points."""
 
-import json
 import math
 import os
 from dataclasses import replace
 from pathlib import Path
 
+from mobilegs.atomic import read_json, read_text
 from mobilegs.data import images
 from mobilegs.data.colmap import BESIDE_PHOTOS, find_models, load_colmap
 from mobilegs.data.dataset import Color, Dataset, Frame, View, ViewLoader, load_view
@@ -17,7 +17,7 @@ __all__ = ["Dataset", "Frame", "View", "ViewLoader", "has_poses", "load_capture"
 NEAR_PLANE = "near_plane.txt"
 CAPTURE_FILE = "capture.json"  # written by `mobilegs capture`
 # the errors of a `CAPTURE_FILE` that is missing or says nothing
-CAPTURE_FILE_ERRORS = (OSError, ValueError, LookupError, TypeError, OverflowError, RecursionError)
+CAPTURE_FILE_ERRORS = (ValueError, LookupError, TypeError, OverflowError)
 TRANSFORMS = ("transforms_train.json", "transforms.json")
 
 
@@ -73,7 +73,7 @@ def _name_of(path: Path) -> str:
     Else it is the folder's, or that of the folder around one called `capture`.
     """
     try:
-        return Path(json.loads((path / CAPTURE_FILE).read_bytes())["source"]).stem
+        return Path(read_json(path / CAPTURE_FILE)["source"]).stem
     except CAPTURE_FILE_ERRORS:
         folder = path.resolve()
         return folder.parent.name if folder.name == "capture" else folder.name
@@ -82,7 +82,7 @@ def _name_of(path: Path) -> str:
 def _with_exposures(dataset: Dataset, file: Path) -> Dataset:
     """Return the dataset with the exposures of photos, if the file knows that of each."""
     try:
-        known = json.loads(file.read_bytes())["exposures"]
+        known = read_json(file)["exposures"]
         exposures = {name: float(known[name]) for name in known}
     except CAPTURE_FILE_ERRORS:
         return dataset
@@ -97,7 +97,7 @@ def _with_exposures(dataset: Dataset, file: Path) -> Dataset:
 
 def _with_near(dataset: Dataset, file: Path) -> Dataset:
     try:
-        near = float(file.read_bytes()[:100])
+        near = float(read_text(file)[:100])
     except ValueError:
         near = 0.0
     if not 0 < near < 1e20:

@@ -14,7 +14,7 @@ from typing import NamedTuple
 import numpy as np
 from jaxtyping import Float, UInt8
 
-from mobilegs.atomic import reading
+from mobilegs.atomic import FILE_MAX, open_input, read_input, read_text
 from mobilegs.data.distortion import Distortion
 from mobilegs.data.pinhole_views import EQUIRECTANGULAR, sphere_intrinsics
 from mobilegs.errors import InputError, quoted
@@ -83,7 +83,7 @@ class _BinaryReader:
 
     @classmethod
     def of(cls, path: Path) -> "_BinaryReader":
-        return cls(path, read_bytes(path))
+        return cls(path, read_input(path))
 
     @property
     def left(self) -> int:
@@ -125,12 +125,6 @@ _POINT = np.dtype(
 )  # packed, 51 bytes
 
 
-def read_bytes(path: Path) -> bytes:
-    """Return the content of a file. Raises `InputError` if it cannot be read."""
-    with reading(path):
-        return path.read_bytes()
-
-
 def read_cameras(path: Path) -> dict[int, ColmapCamera]:
     """Read `cameras.bin` or `cameras.txt` into cameras by id.
 
@@ -168,7 +162,7 @@ def count_images(path: Path) -> int:
     try:
         if path.suffix == ".txt":
             return len(read_images(path))
-        with path.open("rb") as file:
+        with open_input(path) as file:
             return _COUNT.unpack(file.read(_COUNT.size))[0]
     except (InputError, OSError, struct.error):
         return 0
@@ -309,11 +303,7 @@ def _binary_points(path: Path) -> ColmapPoints:
 
 def _lines(path: Path) -> Iterator[tuple[int, str]]:
     """Yield (line number, text) of each line that is not a comment."""
-    try:
-        text = read_bytes(path).decode("utf-8-sig")  # with or without a byte order mark
-    except UnicodeDecodeError as error:
-        raise InputError(f"{path} is not UTF-8 text at byte {error.start}") from error
-    for number, line in enumerate(text.split("\n"), start=1):
+    for number, line in enumerate(read_text(path, FILE_MAX).split("\n"), start=1):
         if not line.startswith("#"):
             yield number, line.strip()
 

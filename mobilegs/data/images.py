@@ -12,6 +12,7 @@ from jaxtyping import Bool, UInt8
 from PIL import Image
 from scipy.sparse import csr_array
 
+from mobilegs.atomic import file_size
 from mobilegs.errors import InputError
 
 SUFFIXES = (".jpg", ".jpeg", ".png", ".webp", ".bmp", ".tif", ".tiff", ".avif")
@@ -38,6 +39,7 @@ def is_file(path: Path) -> bool:
 
 def open_image(path: Path) -> Image.Image:
     """Open an image without decoding it. Raises `InputError` if it is not an image."""
+    file_size(path)  # raises for a pipe, at which PIL would wait
     try:
         return Image.open(path, formats=FORMATS)
     except PIL_ERRORS as error:

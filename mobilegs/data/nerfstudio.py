@@ -5,7 +5,6 @@ ignored: poses and points already include it. The format is documented at
 https://docs.nerf.studio/quickstart/data_conventions.html.
 """
 
-import json
 import math
 from collections.abc import Sequence
 from itertools import chain
@@ -17,9 +16,10 @@ import numpy as np
 import torch
 from jaxtyping import Float
 
+from mobilegs.atomic import read_json
 from mobilegs.camera import Camera
 from mobilegs.data import images
-from mobilegs.data.colmap_files import SIDE_MAX, read_bytes
+from mobilegs.data.colmap_files import SIDE_MAX
 from mobilegs.data.dataset import (
     Color,
     Dataset,
@@ -107,10 +107,7 @@ def load_blender(
 
 def read_transforms(path: Path) -> dict[str, Any]:
     """Read the JSON object of a transforms file. Raises `InputError` without a list `frames`."""
-    try:
-        meta = json.loads(read_bytes(path).decode("utf-8-sig"))  # Windows adds a byte order mark
-    except (ValueError, RecursionError) as error:
-        raise InputError(f"{path} is not JSON ({error})") from error
+    meta = read_json(path)
     frames = meta.get("frames") if isinstance(meta, dict) else None
     if not isinstance(frames, list) or not all(isinstance(frame, dict) for frame in frames):
         raise InputError(f"{path} has no list `frames` of posed photos")

@@ -5,6 +5,7 @@ Scenes (`formats/ply.py`) and points of captures (`points.py`) are read through 
 
 import collections
 import itertools
+import os
 import re
 import sys
 from collections.abc import Iterator
@@ -15,7 +16,7 @@ from typing import BinaryIO
 import numpy as np
 from numpy.typing import DTypeLike
 
-from mobilegs.atomic import file_size, reading
+from mobilegs.atomic import open_input
 from mobilegs.errors import InputError
 
 HEADER_MAX = 1 << 16  # bytes; a 3DGS header has about 1500
@@ -66,9 +67,9 @@ def read_header(path: Path) -> tuple[Header, int]:
 
     Raises InputError if the file cannot be read, or has no complete PLY header.
     """
-    size = file_size(path)
-    with reading(path), path.open("rb") as file:
-        return parse_header(file.read(HEADER_MAX), path), size
+    with open_input(path) as file:
+        head = file.read(HEADER_MAX)
+        return parse_header(head, path), file.seek(0, os.SEEK_END)
 
 
 def parse_header(head: bytes, path: Path) -> Header:
@@ -146,7 +147,7 @@ def vertex_rows(
     start = _check_size(header, vertex, before, size, path)
 
     def blocks() -> Iterator[np.ndarray]:
-        with path.open("rb") as file:
+        with open_input(path) as file:
             file.seek(start)
             if header.ascii:
                 skipped = sum(element.count for element in before)

@@ -14,7 +14,7 @@ import torch
 from jaxtyping import Bool, Int
 from torch import Tensor
 
-from mobilegs.atomic import atomic_path, free_path, read_if
+from mobilegs.atomic import atomic_path, free_path, open_input, read_input, read_text
 from mobilegs.camera import Camera
 from mobilegs.edit.camera_counts import count_cameras, floaters
 from mobilegs.edit.notes import merged_notes
@@ -196,7 +196,7 @@ def _edit_mgs(
     camera_source: str,
     progress: Advance | None,
 ) -> EditReport:
-    data = read_if(path, (MAGIC,))
+    data = read_input(path, starts=(MAGIC,))
     try:
         count = inspect(data)["gaussians"]
         coded = decode_mgs(data) if edit.removes else None
@@ -276,13 +276,14 @@ def read_rows(path: Path) -> Int[Tensor, "m"]:
     """
     try:
         if path.suffix.lower() == ".npy":
-            rows = np.load(path, allow_pickle=False)
+            with open_input(path) as file:
+                rows = np.lib.format.read_array(file, allow_pickle=False)
             rows = rows.nonzero()[0] if rows.dtype == bool and rows.ndim == 1 else rows
         else:
-            rows = np.array([int(word) for word in path.read_text().split()], np.int64)
-    except OSError as error:
-        raise InputError(f"cannot read {path}: {error.strerror}") from None
-    except ValueError:
+            rows = np.array([int(word) for word in read_text(path).split()], np.int64)
+    except InputError:
+        raise
+    except (ValueError, EOFError, OverflowError):
         rows = np.zeros(0)
     if rows.ndim != 1 or not np.issubdtype(rows.dtype, np.integer):
         raise InputError(f"{path} does not hold row numbers: one integer per line is needed")

@@ -19,7 +19,7 @@ import torch
 from jaxtyping import Float
 
 from mobilegs import __version__
-from mobilegs.atomic import atomic_path, read_if
+from mobilegs.atomic import atomic_path, read_input
 from mobilegs.errors import InputError
 from mobilegs.gaussians import Gaussians
 from mobilegs.render.project import rotation_matrices
@@ -153,7 +153,7 @@ def read_glb(path: Path | str) -> Gaussians:
     missing, not a `.glb`, damaged or cut off, has no splats, or uses compression.
     """
     path = Path(path)
-    data = read_if(path, (MAGIC,))
+    data = read_input(path, starts=(MAGIC,))
     content, body = _chunks(data, path)
     sets, count = [], 0
     try:

@@ -15,7 +15,7 @@ import numpy as np
 import torch
 from jaxtyping import Float
 
-from mobilegs.atomic import atomic_path
+from mobilegs.atomic import atomic_path, open_input
 from mobilegs.data.ply_table import (
     Element,
     Header,
@@ -118,7 +118,7 @@ def read_ply_scene(path: Path | str) -> tuple[Gaussians, Footprint]:
         )
     vertex, _ = find_vertex(header, path)
     if "packed_position" in vertex.columns:
-        with path.open("rb") as file:
+        with open_input(path) as file:
             tables = tables_of(header, vertex, size, path)
             return read_compressed(file, tables, path), footprint
     rest = check_properties(vertex, path)

@@ -12,6 +12,7 @@ import io
 import json
 import logging
 import math
+import os
 import re
 import struct
 import zipfile
@@ -27,7 +28,7 @@ import torch
 from PIL import Image
 
 from mobilegs import __version__
-from mobilegs.atomic import atomic_path, file_size, reading
+from mobilegs.atomic import atomic_path, open_input
 from mobilegs.errors import InputError
 from mobilegs.formats.sog_palette import codebook, palette
 from mobilegs.gaussians import Gaussians
@@ -87,7 +88,7 @@ def read_sog_scene(path: Path | str) -> tuple[Gaussians, Footprint]:
     """
     path = Path(path)
     try:
-        with reading(path), _opened(path) as (read_file, size):
+        with _opened(path) as (read_file, size):
             meta = _read_meta(read_file, path)
             return _read(meta, read_file, size, path).finite(path), _footprint(meta, path)
     except InputError:
@@ -104,8 +105,8 @@ def _opened(path: Path) -> Iterator[tuple[ReadFile, int]]:
         files = [file for file in folder.iterdir() if file.suffix in (".json", ".webp")]
         yield _from_folder(folder), sum(file.stat().st_size for file in files)
         return
-    size = file_size(path)
-    with path.open("rb") as file:
+    with open_input(path) as file:
+        size = file.seek(0, os.SEEK_END)
         file.seek(max(0, size - 42))
         end = file.read(42)
         # check the list of files before `zipfile` parses it; ZIP64 is not supported
@@ -137,8 +138,7 @@ def _from_zip(archive: zipfile.ZipFile, path: Path) -> ReadFile:
 
 def _from_folder(folder: Path) -> ReadFile:
     def read_file(name: str, size_max: int) -> bytes:
-        file_size(folder / name)
-        with (folder / name).open("rb") as file:
+        with open_input(folder / name) as file:
             return _content(file.read, size_max, str(folder / name))
 
     return read_file

@@ -5,11 +5,12 @@ rotation wxyz, each component q as the byte 128 + 128 q. Axes are those of the s
 Source: https://github.com/antimatter15/splat.
 """
 
+import os
 from pathlib import Path
 
 import numpy as np
 
-from mobilegs.atomic import file_size, reading
+from mobilegs.atomic import open_input
 from mobilegs.errors import InputError
 from mobilegs.gaussians import Gaussians
 from mobilegs.packed_gaussians import gaussians_in_blocks, logits_of
@@ -26,13 +27,14 @@ def read_splat(path: Path | str) -> Gaussians:
     if the file is missing or empty, or its size is not a multiple of 32 bytes.
     """
     path = Path(path)
-    size = file_size(path)
-    count, rest = divmod(size, ROW.itemsize)
-    if not size:
-        raise InputError(f"{path} is empty")
-    if rest:
-        raise InputError(f"{path} is not a .splat, or cut off: {size} bytes are not rows of 32")
-    with reading(path), path.open("rb") as file:
+    with open_input(path) as file:
+        size = file.seek(0, os.SEEK_END)
+        file.seek(0)
+        count, rest = divmod(size, ROW.itemsize)
+        if not size:
+            raise InputError(f"{path} is empty")
+        if rest:
+            raise InputError(f"{path} is not a .splat, or cut off: {size} bytes are not rows of 32")
         return gaussians_in_blocks(
             count, 1, lambda rows: _decoded(np.fromfile(file, ROW, rows.stop - rows.start))
         ).finite(path)

@@ -20,7 +20,7 @@ from pathlib import Path
 import numpy as np
 import torch
 
-from mobilegs.atomic import atomic_path, read_if
+from mobilegs.atomic import atomic_path, read_input
 from mobilegs.errors import InputError
 from mobilegs.gaussians import Gaussians
 from mobilegs.packed_gaussians import (
@@ -89,7 +89,7 @@ def read_spz_scene(path: Path | str) -> tuple[Gaussians, Footprint]:
     version 1 to 4, damaged or cut off.
     """
     path = Path(path)
-    data = read_if(path, (GZIP, MAGIC))
+    data = read_input(path, starts=(GZIP, MAGIC))
     if data[:2] == GZIP:
         header, parts = _decompress_gzip(data, path)
     else:

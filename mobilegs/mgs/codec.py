@@ -12,7 +12,7 @@ import numpy as np
 import torch
 from torch import Tensor
 
-from mobilegs.atomic import atomic_write, file_size, read_if
+from mobilegs.atomic import atomic_write, read_input
 from mobilegs.csrc import binding
 from mobilegs.errors import InputError
 from mobilegs.mgs.container import MAGIC, VERSION, Stream, read_container, write_container
@@ -280,10 +280,7 @@ def write_mgs(path: Path | str, scene: QuantizedScene) -> int:
 
 def _parsed(path: Path | str, parse: Callable[[bytes], Result]) -> Result:
     path = Path(path)
-    size = file_size(path)
-    if size > FILE_MAX:
-        raise InputError(f"{path}: {size} bytes are more than a .mgs file may have")
-    data = read_if(path, (MAGIC,))
+    data = read_input(path, FILE_MAX, (MAGIC,))
     try:
         return parse(data)
     except InputError as error:

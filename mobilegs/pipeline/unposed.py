@@ -4,6 +4,7 @@ import os
 from collections.abc import Callable
 from dataclasses import replace
 
+from mobilegs.atomic import refuse_links
 from mobilegs.capture import CaptureRun, is_capture_source
 from mobilegs.data import has_poses
 from mobilegs.errors import InputError
@@ -31,5 +32,6 @@ def with_poses(run: TrainRun, make: Callable[[CaptureRun], None]) -> TrainRun:
     first = CaptureRun(run.capture, run.output / "capture")
     if RunDir(run.output).config.exists() and not first.output.exists():
         raise InputError(f"{run.output} holds a run of something else: give another folder")
+    refuse_links(first.output)
     make(first)
     return replace(run, capture=first.output)

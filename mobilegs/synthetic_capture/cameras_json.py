@@ -1,12 +1,12 @@
 """Reads `cameras.json`, the list of training cameras that 3DGS writes next to a scene."""
 
-import json
 import math
 from pathlib import Path
 from typing import Any
 
 import torch
 
+from mobilegs.atomic import read_json
 from mobilegs.camera import Camera
 from mobilegs.errors import InputError
 
@@ -22,12 +22,7 @@ def read_cameras_json(path: Path) -> list[Camera]:
 
     Raises InputError if the file is missing or not such a list, or if a camera is not valid.
     """
-    try:
-        rows = json.loads(path.read_bytes())
-    except FileNotFoundError:
-        raise InputError(f"there is no file {path}: give the cameras.json of the scene") from None
-    except (ValueError, RecursionError):
-        raise InputError(f"{path} is not JSON: give a cameras.json of 3DGS") from None
+    rows = read_json(path)
     if not isinstance(rows, list) or not rows:
         raise InputError(f"{path} has no list of cameras: give a cameras.json of 3DGS")
     return [_camera(row, f"camera {number} of {path}") for number, row in enumerate(rows)]

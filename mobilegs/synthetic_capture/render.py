@@ -10,7 +10,14 @@ from typing import Any
 import torch
 from PIL import Image
 
-from mobilegs.atomic import atomic_path, atomic_write
+from mobilegs.atomic import (
+    atomic_path,
+    atomic_write,
+    make_folder,
+    read_input,
+    read_text,
+    refuse_links,
+)
 from mobilegs.camera import Camera
 from mobilegs.data import NEAR_PLANE
 from mobilegs.data.colmap_write import write_model
@@ -82,7 +89,7 @@ def render_synthetic_capture(
     record = json.dumps(_record(source, options), indent=1) + "\n"
     note = folder / RECORD
     if note.exists():
-        if note.read_text() != record:
+        if read_text(note) != record:
             raise InputError(
                 f"{folder} holds images of another scene or with other options: give another "
                 "output folder, or the original scene and options"
@@ -124,7 +131,8 @@ def render_synthetic_capture(
     # neighbours in the file are neighbours in space: shuffle, so that held-back views are spread
     order = torch.randperm(len(cameras), generator=generator).tolist()
     named = [(f"{number:04}.png", cameras[i]) for number, i in enumerate(order)]
-    folder.mkdir(parents=True, exist_ok=True)
+    make_folder(folder)
+    refuse_links(folder / "images", folder / "sparse", folder / "sparse" / "0")
     atomic_write(note, record)
     atomic_write(folder / NEAR_PLANE, f"{named[0][1].near!r}\n")
     with progress("rendering images") as advance:
@@ -142,8 +150,8 @@ def _record(source: Path, options: CaptureOptions) -> dict[str, Any]:
     if options.up is None:
         del how["up"]  # captures of earlier versions have none
     if options.cameras is not None:
-        how["cameras"] = f"{zlib.crc32(options.cameras.read_bytes()):08x}"
-    data = (source / "meta.json" if source.is_dir() else source).read_bytes()
+        how["cameras"] = f"{zlib.crc32(read_input(options.cameras)):08x}"
+    data = read_input(source / "meta.json" if source.is_dir() else source)
     return {"scene": source.name, "bytes": len(data), "crc32": f"{zlib.crc32(data):08x}", **how}
 
 

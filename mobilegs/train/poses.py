@@ -14,7 +14,7 @@ import torch
 from jaxtyping import Float
 from torch import Tensor
 
-from mobilegs.atomic import atomic_write
+from mobilegs.atomic import atomic_write, read_json
 from mobilegs.camera import Camera
 from mobilegs.data.dataset import Dataset, Frame, View, load_view
 from mobilegs.errors import InputError
@@ -122,12 +122,12 @@ def write_poses(path: Path, dataset: Dataset) -> None:
 def with_poses(dataset: Dataset, path: Path) -> Dataset:
     """Return a dataset with the poses of a file. Raises InputError if the file is damaged."""
     try:
-        content = json.loads(path.read_text())
+        content = read_json(path)
         train, test = (
             [_posed(frame, content[side][frame.name]) for frame in frames]
             for side, frames in (("train", dataset.train), ("test", dataset.test))
         )
-    except (OSError, ValueError, TypeError, KeyError) as error:
+    except (ValueError, TypeError, LookupError, ArithmeticError, RuntimeError) as error:
         raise InputError(f"{path} is damaged ({error}): start the run anew") from error
     return replace(dataset, train=train, test=test)
 

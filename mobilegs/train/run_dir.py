@@ -14,7 +14,7 @@ from typing import Any
 import torch
 from filelock import FileLock, Timeout
 
-from mobilegs.atomic import atomic_write, remove_unfinished
+from mobilegs.atomic import atomic_write, read_input, read_json, refuse_links, remove_unfinished
 from mobilegs.data.dataset import Dataset
 from mobilegs.errors import InputError
 from mobilegs.evaluate.report import RunMetrics
@@ -61,7 +61,7 @@ def load_config(path: Path, instead: str) -> RunConfig:
     says what to do about a damaged one.
     """
     try:
-        content = json.loads(path.read_text())
+        content = read_json(path)
         recipe, photos = from_json(Recipe, content["recipe"]), content["photos"]
         poses = [float(number) for number in photos["poses"]]
         if len(poses) != 12:
@@ -122,8 +122,9 @@ class RunDir:
     def lock(self) -> Iterator[None]:
         """Keep other processes from this run; the folder must exist.
 
-        Raises InputError if another process has the run.
+        Raises InputError if another process has the run, or a folder or the lock is a link.
         """
+        refuse_links(self.previews, self.path / ".lock")
         lock = FileLock(self.path / ".lock")
         try:
             lock.acquire(blocking=False)
@@ -197,7 +198,7 @@ class RunDir:
         self.checkpoint.unlink(missing_ok=True)
 
     def _teacher_crc(self) -> int | None:
-        return zlib.crc32(self.teacher.read_bytes()) if self.teacher.exists() else None
+        return zlib.crc32(read_input(self.teacher)) if self.teacher.exists() else None
 
 
 def capture_fingerprint(dataset: Dataset) -> dict[str, Any]:

@@ -9,10 +9,15 @@ import torch
 from safetensors import SafetensorError, safe_open
 from safetensors.torch import save_file
 
-from mobilegs.atomic import atomic_path
+from mobilegs.atomic import atomic_path, file_size
 from mobilegs.errors import InputError
 
 VERSION = 1
+# the errors of a state that lacks something, or has something of another type
+STATE_ERRORS = (
+    ArithmeticError, AssertionError, AttributeError, LookupError, RecursionError, TypeError,
+    ValueError,
+)  # fmt: skip
 TENSOR = "$tensor"  # in the JSON, {"$tensor": name} stands for a tensor
 
 
@@ -43,6 +48,7 @@ def read_state(path: Path | str) -> dict[str, Any]:
     Raises InputError if the file is missing, damaged, or of another version.
     """
     try:
+        file_size(path)  # raises for a pipe, at which the library would wait
         with safe_open(str(path), framework="pt") as file:
             tree = json.loads((file.metadata() or {})["checkpoint"])
             if tree["version"] != VERSION:
@@ -52,11 +58,9 @@ def read_state(path: Path | str) -> dict[str, Any]:
                 )
             names = set(file.keys())
             return _with_tensors(tree["state"], {name: file.get_tensor(name) for name in names})
-    except FileNotFoundError as error:
-        raise InputError(f"there is no checkpoint at {path}: start a new run") from error
-    except (SafetensorError, KeyError, TypeError, ValueError, OSError) as error:
-        if isinstance(error, InputError):
-            raise
+    except InputError:
+        raise
+    except (*STATE_ERRORS, SafetensorError, OSError) as error:
         raise InputError(
             f"{path} is not a complete checkpoint ({error}): delete the run's folder and start a "
             "new run"

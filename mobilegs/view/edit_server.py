@@ -123,7 +123,8 @@ class EditHandler(PrivateHandler):
             self.answer_missing()
             return
         output, report = self.server.save(posted)
-        log.info("\n".join([*report.lines, f"{output} is written"]))
+        for line in (*report.lines, f"{output} is written"):
+            log.info("%s", line)
         self.answer_json({"file": output.name, "lines": report.lines})
 
     def _answer_cameras(self) -> None:
@@ -217,7 +218,7 @@ def redirect_file(address: str) -> Iterator[str]:
     page = f'<!doctype html><meta http-equiv="refresh" content="0; url={html.escape(address)}">'
     with tempfile.TemporaryDirectory(prefix="mobilegs-") as folder:
         path = Path(folder) / "edit.html"
-        path.write_text(page)
+        path.write_text(page, encoding="utf-8")
         yield path.as_uri()
 
 

@@ -11,7 +11,7 @@ from urllib.parse import urlsplit
 
 from PIL import Image
 
-from mobilegs.atomic import atomic_write
+from mobilegs.atomic import atomic_write, open_input, read_input
 from mobilegs.errors import InputError
 from mobilegs.mgs.codec import inspect_mgs
 from mobilegs.up import Axis
@@ -104,7 +104,7 @@ def export_html(
 
 def embedded(scene: Path, poster: str, attributes: str = "") -> tuple[str, str]:
     """Return the element and the scripts of a page that holds the viewer and a scene."""
-    data = base64.b64encode(scene.read_bytes()).decode()
+    data = base64.b64encode(read_input(scene)).decode()
     return (
         f'<mobile-gs page{attributes} poster="{poster}"></mobile-gs>',
         f'<script type="application/octet-stream" id="scene">{data}</script>\n'
@@ -141,7 +141,7 @@ def export_site(
         "icon.png": _icon(image),
         **{file: script(file).encode() for file in SCRIPTS},
         "mobile-gs.js": element_script().encode(),
-        name: scene.read_bytes(),
+        name: read_input(scene),
     }
     page = _site_page(files, posters, name, title, url, _attributes(up, heading, notes))
     version = hashlib.sha256(page.encode() + b"".join(files.values())).hexdigest()[:16]
@@ -149,13 +149,13 @@ def export_site(
         page, {LINK_ICON: f'<meta name="version" content="{version}" />\n    {LINK_ICON}'}
     )
     worker = output / "sw.js"
-    before = worker.read_text() if worker.is_file() else ""
+    before = read_input(worker) if worker.is_file() else b""
     # browsers look at sw.js for a new version: write it last
     files |= {"index.html": page.encode(), "sw.js": _service_worker(files, name, version)}
     for file, data in files.items():
         atomic_write(output / file, data)
     for old in (f"scene{kind}" for kind in SUFFIXES):  # of an earlier export
-        if old != name and json.dumps(old) in before:
+        if old != name and json.dumps(old).encode() in before:
             (output / old).unlink(missing_ok=True)
     return sum(map(len, files.values()))
 
@@ -166,7 +166,7 @@ def _validate_site_folder(output: Path) -> None:
         return
     for file, text in SIGNATURES.items():
         path = output / file
-        if path.is_file() and text.encode() in path.read_bytes():
+        if path.is_file() and text.encode() in read_input(path):
             return
     raise InputError(f"{output} has files that are not from an export: give a new folder")
 
@@ -262,7 +262,7 @@ def title_of(scene: Path) -> str:
 def _is_page(file: Path) -> bool:
     """Return True if the file begins like an exported page."""
     begin = index_page().partition(TITLE)[0].encode()
-    with file.open("rb") as opened:
+    with open_input(file) as opened:
         return opened.read(len(begin)) == begin
 
 

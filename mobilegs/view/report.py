@@ -6,9 +6,8 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
-from PIL import Image
-
-from mobilegs.atomic import atomic_write
+from mobilegs.atomic import atomic_write, read_text
+from mobilegs.data.images import open_image
 from mobilegs.errors import InputError
 from mobilegs.train.run_dir import RunDir
 from mobilegs.view.assets import escaped
@@ -58,7 +57,7 @@ def write_report(run_dir: RunDir) -> Path:
         _chart(rows, "psnr", "PSNR of training photos, dB"),
         _chart(rows, "gaussians", "Gaussians, thousands", scale=1e-3),
         "<h2>Settings</h2>",
-        f"<details><summary>config.json</summary><pre>{escaped(run_dir.config.read_text())}</pre>"
+        f"<details><summary>config.json</summary><pre>{escaped(read_text(run_dir.config))}</pre>"
         "</details>",
     ]
     body = "\n    ".join(parts)
@@ -77,9 +76,9 @@ def _log(path: Path) -> list[dict[str, Any]]:
     if not path.exists():
         return []
     try:
-        rows = [json.loads(line) for line in path.read_text().splitlines()]
+        rows = [json.loads(line) for line in read_text(path).splitlines()]
         return [row for row in rows if isinstance(row, dict) and "loss" in row]
-    except (OSError, ValueError) as error:
+    except (ValueError, RecursionError) as error:
         raise InputError(f"{path} is damaged ({error}): the run has no curves") from error
 
 
@@ -133,8 +132,9 @@ def _table(head: Sequence[str], rows: Sequence[Sequence[str]]) -> str:
 
 def _picture(path: Path) -> str:
     try:
-        picture = Image.open(path).convert("RGB")
-    except OSError as error:
+        with open_image(path) as image:
+            picture = image.convert("RGB")
+    except (InputError, OSError) as error:
         raise InputError(f"{path} is damaged ({error})") from error
     data = data_url(jpeg(picture, quality=85), "image/jpeg")
     return f'<img alt="photos beside renders" src="{data}" />'

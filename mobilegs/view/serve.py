@@ -16,7 +16,7 @@ from pathlib import Path
 from typing import Any
 from urllib.parse import parse_qs, quote, unquote, urlsplit
 
-from mobilegs.atomic import reading
+from mobilegs.atomic import open_input
 from mobilegs.data.ply_table import parse_header
 from mobilegs.errors import InputError
 from mobilegs.formats.ply import COLUMNS, read_ply_up
@@ -222,8 +222,8 @@ class Handler(BaseHTTPRequestHandler):
 
     def _answer_scene(self, file: Path) -> None:
         try:
-            opened = file.open("rb")
-        except OSError:  # deleted since the server started
+            opened = open_input(file)
+        except InputError:  # deleted since the server started
             self.send_error(HTTPStatus.NOT_FOUND, "there is no such file here")
             return
         with opened:
@@ -318,12 +318,10 @@ def validate_scene_file(path: Path) -> None:
 
     Does not check the rest of its content.
     """
-    if path.is_dir():
-        raise InputError(f"cannot read {path}: it is a folder")
+    with open_input(path) as file:
+        head = file.read(1 << 16)
     if path.suffix.lower() not in SUFFIXES:
         raise InputError(f"{path} is not a scene: give a .mgs, .ply or .spz file{CONVERT_HINT}")
-    with reading(path), path.open("rb") as file:
-        head = file.read(1 << 16)
     if not head:
         raise InputError(f"{path} is empty")
     if head.startswith(b"ply"):

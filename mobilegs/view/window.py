@@ -55,6 +55,12 @@ HELP = """\
   Esc, Ctrl-Q           leave full screen, close"""
 
 
+def log_keys() -> None:
+    """Log what the keys do, a line each."""
+    for line in HELP.splitlines():
+        log.info("%s", line)
+
+
 def show(path: Path, up: Axis | None = None) -> None:
     """Show a scene in a window, until the window is closed; `up` replaces its upward direction.
 
@@ -73,7 +79,8 @@ def show(path: Path, up: Axis | None = None) -> None:
         raise
     if up is None and scene.up is None:
         log.info("up is %s (the key U or --up changes it)", up_source(path, None))
-    log.info("%s is open in a window. Keys:\n%s", path, HELP)
+    log.info("%s is open in a window. Keys:", path)
+    log_keys()
     try:
         toolkit.loop.run()
     finally:
@@ -313,7 +320,7 @@ class Window:
             self.timed, self._titled = not self.timed, 0.0
             self._say_title("")
         elif key == "h":
-            log.info(HELP)
+            log_keys()
         self.canvas.request_draw()
 
     def _full_screen(self) -> None:
