@@ -307,7 +307,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
                 verb(words[1:])
             else:
                 call(verb, words[1:], verb=words[0])
-    except InputError as error:
+    except (InputError, FloatingPointError) as error:  # a training has diverged
         return fail(*error.args, code=2)
     except (MemoryError, RuntimeError) as error:  # a small file can request much memory
         if not isinstance(error, MemoryError) and "allocate" not in str(error):  # torch's message

@@ -47,6 +47,7 @@ MESSAGES = {
     13: "the stream of positions holds numbers that are not finite",
 }
 NO_MEMORY = 14
+ALPHABET_MAX, WIDTH_MAX = 4096, 16  # of decode.h
 
 
 class LibraryMissingError(ImportError):
@@ -140,6 +141,18 @@ def supports(*tensors: Tensor) -> bool:
     return plain and decoders() is not None
 
 
+def validate(
+    tensor: Tensor | np.ndarray, *shape: int, dtype: torch.dtype | type = torch.float32
+) -> None:
+    """Raise InputError unless C++ can read or write these numbers: shape, type, and on the CPU."""
+    on_cpu = isinstance(tensor, np.ndarray) or tensor.device.type == "cpu"
+    if not on_cpu or tuple(tensor.shape) != shape or tensor.dtype != dtype:
+        raise InputError(
+            f"numbers of shape {list(tensor.shape)}, {tensor.dtype}, were given: {list(shape)}, "
+            f"{dtype}, on the CPU was expected"
+        )
+
+
 def address(tensor: Tensor | None) -> ctypes.c_void_p:
     """Return the tensor's memory as a C pointer; None becomes a null pointer."""
     return ctypes.c_void_p(None if tensor is None else tensor.data_ptr())
@@ -164,6 +177,8 @@ def decode_rans(
     Raises:
         InputError: the stream is damaged; the message is that of the reference.
     """
+    if not 1 <= alphabet <= ALPHABET_MAX:
+        raise InputError(f"an alphabet has 1 to {ALPHABET_MAX} symbols, not {alphabet}")
     if decoders() is None:
         return None
     symbols = np.empty(count, dtype=np.uint16)
@@ -177,6 +192,8 @@ def unpack_short(
     """Unpack numbers of `widths` bits (0 to 16) each; None and errors as in `decode_rans`."""
     if decoders() is None:
         return None
+    if len(widths) and not 0 <= int(widths.min()) <= int(widths.max()) <= WIDTH_MAX:
+        raise InputError(f"a packed number has 0 to {WIDTH_MAX} bits")
     narrow = np.ascontiguousarray(widths, dtype=np.uint8)
     numbers = np.empty(len(narrow), dtype=np.uint16)
     outputs = (_pointer(narrow), ctypes.c_int64(len(narrow)), _pointer(numbers))
@@ -190,6 +207,11 @@ def join_columns(
     """Run `uniform_streams.join_columns`; False, with `out` unchanged, if that is not possible."""
     if decoders() is None or not out.flags.c_contiguous:
         return False
+    columns = [np.ascontiguousarray(column) for column in columns]
+    for column in columns:
+        validate(column, len(out), dtype=np.uint16)
+    validate(out, len(out), len(least), dtype=np.int32)
+    assert len(least) == len(columns)
     _library().mgs_join_columns(
         ctypes.c_int64(len(out)),
         len(columns),
@@ -215,6 +237,8 @@ def refinement_bits(
     """Run `rotations.refinement_bits_of` with its `table`; None for what C++ does not take."""
     if codes.dtype != torch.int32 or codes.device.type != "cpu" or decoders() is None:
         return None
+    validate(codes, len(codes), 3, dtype=torch.int32)
+    validate(table, len(table), dtype=torch.uint8)
     held, bits = codes.contiguous(), empty(*codes.shape, dtype=torch.uint8)
     _library().mgs_refinement_bits(
         address(held),
@@ -237,6 +261,7 @@ def gather_entries(
     books, size, length = centers.shape
     if indices.dtype != torch.int16 or not supports(centers):
         return None
+    validate(indices, len(indices), books, dtype=torch.int16)
     held, codes = centers.detach().contiguous(), indices.contiguous()
     values = empty(len(codes), books * length)
     out_of_range = _library().mgs_gather_entries(
@@ -259,6 +284,8 @@ def decode_colors(
     weights: list[Tensor],
 ) -> Float[Tensor, "n k 3"]:
     """Return the harmonics of `AppearanceDecoder`; `weights` are its six matrices in order."""
+    for part in (positions, static, view):
+        validate(part, len(positions), 3)
     rest, numbers = len(weights[-1]), _joined(weights)
     sh = empty(len(positions), 1 + rest // 3, 3)
     rows = positions.contiguous()
@@ -292,6 +319,8 @@ def decode_lobes(
     The inputs are the last hidden units, the latents and, with `base`, the logits of the
     opacities. `hidden` has an offset `[width]` and a matrix `[width, inputs]` for each layer.
     """
+    for part in (latents, *gaussians.tensors().values()):
+        validate(part, len(gaussians), *part.shape[1:])
     numbers = _joined([part for layer in hidden for part in layer] + [bias, last])
     widths = np.array([len(offset) for offset, _ in hidden], dtype=np.int32)
     lobes = empty(len(latents), len(bias) // 2, 2)

@@ -23,7 +23,13 @@ from mobilegs.render import contributions as contributions_reference
 from mobilegs.render import sorted as sorted_reference
 from mobilegs.render import sortfree as sortfree_reference
 from mobilegs.render.contributions import Contributions
-from mobilegs.render.inputs import RenderInputs, RenderSettings, colors_of, validate_settings
+from mobilegs.render.inputs import (
+    RenderInputs,
+    RenderSettings,
+    colors_of,
+    validate_gaussians,
+    validate_settings,
+)
 from mobilegs.render.kernels import cpu, cuda
 from mobilegs.render.kernels.kernel_view import kernel_view
 from mobilegs.render.lobes import lobe_degree, opacity_lobes
@@ -54,8 +60,11 @@ def _resolve(backend: Backend, means: Tensor) -> Backend:
 
 
 def _raster(means: Tensor) -> type[torch.autograd.Function]:
-    if means.dtype != torch.float32:
-        raise InputError(f"the kernels render float32, not {means.dtype}: use backend='reference'")
+    if means.dtype != torch.float32 or means.device.type not in ("cpu", "cuda"):
+        raise InputError(
+            f"the kernels render float32 on the CPU or a GPU, not {means.dtype} on {means.device}: "
+            "use backend='reference'"
+        )
     return cuda.CudaRaster if means.is_cuda else cpu.CpuRaster
 
 
@@ -103,6 +112,7 @@ def render_sorted(
     several sizes, for a soft edge, and for a `K` or, with the kernels, a `background` that requires
     gradients: these have none.
     """
+    validate_gaussians(means, quats=quats, scales=scales, opacities=opacities)
     inputs = RenderInputs(means, quats, scales, opacities, colors_of(sh, colors, len(means)), None)
     settings = RenderSettings(footprint=footprint)
     validate_settings(settings, sortfree=False)
@@ -142,9 +152,12 @@ def render_sortfree(
     Raises InputError as `render_sorted` does, for opacities outside [0, 1], for another
     `level_sigma`, and for one above 0 with the weighting `two_pass`.
     """
+    validate_gaussians(means, quats=quats, scales=scales)
     count = len(means)
     settings = RenderSettings(weighting, footprint, level_sigma)
     validate_settings(settings, sortfree=True)
+    if not isinstance(lobes, Tensor):
+        raise InputError("lobes are no tensor: give [n, m, 2], or opacities [n]")
     if lobes.ndim == 1:
         lobes = opacity_lobes(lobes)
     if lobes.ndim != 3 or len(lobes) != count or lobes.shape[2] != 2:
@@ -170,20 +183,28 @@ def _render(
     channels = inputs.colors.shape[-1]
     if background is None:
         background = inputs.means.new_zeros(channels)
-    if background.shape != (channels,):
+    if not isinstance(background, Tensor) or background.shape != (channels,):
         raise InputError(
-            f"the background has shape {list(background.shape)}: [{channels}] was expected, one "
+            f"the background is no tensor [{channels}], as was expected: one "
             "number for each channel of the colours"
         )
+    for name, tensor in (("colours", inputs.colors), ("lobes", inputs.lobes)):
+        if tensor is not None and (tensor.dtype, tensor.device) != (
+            inputs.means.dtype,
+            inputs.means.device,
+        ):
+            raise InputError(f"the {name} have another type or device than the means")
+    if not isinstance(screen_grads, Tensor | None):
+        raise InputError("screen_grads are no tensor")
     if screen_grads is not None and channels > 3:
         raise InputError(
             f"screen_grads of {channels} channels: render three of them, with screen_grads, apart "
             "from the others"
         )
-    options = (background, settings, depth)
+    options = (background, settings, bool(depth))
     if isinstance(camera, Camera):
         return _render_view(inputs, camera, *options, screen_grads, backend)
-    cameras = list(camera)
+    cameras = list(camera) if isinstance(camera, Sequence) else []
     if not cameras or not all(isinstance(view, Camera) for view in cameras):
         raise InputError(
             "camera is neither a Camera nor a sequence of at least one: make each as "
@@ -327,6 +348,7 @@ def measure_contributions(
 
     The reference is `render/contributions.py`; arguments as in `render_sorted`.
     """
+    validate_gaussians(means, quats=quats, scales=scales, opacities=opacities)
     if _resolve(backend, means) == "reference":
         return contributions_reference.measure_contributions(
             means, quats, scales, opacities, camera=camera, footprint=footprint
@@ -348,6 +370,7 @@ def visible_rows(
     footprint: Footprint = CLASSIC,
 ) -> Int[Tensor, "m"]:
     """Return the indices of the Gaussians that could touch the image if they were opaque."""
+    validate_gaussians(means, quats=quats, scales=scales)
     ones = torch.ones_like(means[:, 0])
     black = torch.zeros_like(means[:, None, :])
     if _resolve("auto", means) == "reference":

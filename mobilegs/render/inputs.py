@@ -2,6 +2,7 @@
 
 from typing import NamedTuple
 
+import torch
 from jaxtyping import Float
 from torch import Tensor
 
@@ -9,6 +10,7 @@ from mobilegs.errors import InputError
 from mobilegs.render.project import CLASSIC, Footprint
 from mobilegs.render.sortfree import Weighting
 
+WIDTHS = {"means": (3,), "quats": (4,), "scales": (3,), "opacities": ()}
 LEVEL_SIGMA_MIN = 0.6  # below it, a Gaussian is narrower than the blur that enlarging adds
 
 
@@ -60,6 +62,26 @@ def validate_settings(settings: RenderSettings, *, sortfree: bool) -> None:
         raise InputError("sorted blending has no soft edge: use a footprint without it")
 
 
+def validate_gaussians(means: Tensor, **others: Tensor) -> None:
+    """Raise InputError unless `means` and `others`, by the names in `WIDTHS`, belong together.
+
+    They are dense tensors of floats of one type, on one device, with one row per Gaussian.
+    """
+    count = len(means) if isinstance(means, Tensor) and means.ndim else 0
+    for name, tensor in {"means": means, **others}.items():
+        shape = [count, *WIDTHS[name]]
+        if not isinstance(tensor, Tensor) or list(tensor.shape) != shape:
+            found = list(tensor.shape) if isinstance(tensor, Tensor) else type(tensor).__name__
+            raise InputError(f"{name} are {found}: a tensor {shape} was expected")
+        if (tensor.dtype, tensor.device) != (means.dtype, means.device):
+            raise InputError(
+                f"{name} are {tensor.dtype} on {tensor.device}, but the means are {means.dtype} on "
+                f"{means.device}"
+            )
+        if not tensor.is_floating_point() or tensor.layout != torch.strided or tensor.is_meta:
+            raise InputError(f"{name} must be a dense tensor of floats, with memory")
+
+
 def colors_of(sh: Tensor | None, colors: Tensor | None, count: int) -> Tensor:
     """Return the one that is given of `sh` and `colors`, for `count` Gaussians.
 
@@ -67,6 +89,8 @@ def colors_of(sh: Tensor | None, colors: Tensor | None, count: int) -> Tensor:
     """
     if sh is not None and colors is not None:
         raise InputError("both sh and colors are given: give one of them")
+    if not isinstance(sh if colors is None else colors, Tensor | None):
+        raise InputError("sh and colors are tensors: give one of them")
     if colors is not None:
         if colors.ndim != 2 or len(colors) != count or colors.shape[1] == 0:
             raise InputError(

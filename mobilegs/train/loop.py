@@ -8,13 +8,14 @@ from PIL import Image
 
 from mobilegs.atomic import atomic_path
 from mobilegs.data.dataset import Frame, View, ViewLoader, load_view
+from mobilegs.errors import InputError
 from mobilegs.evaluate.metrics import displayed_colors, psnr, to_bytes
 from mobilegs.train.budget import Pace
 from mobilegs.train.distributed import Team
 from mobilegs.train.monitor import Monitor
 from mobilegs.train.run_dir import Checkpoint, RunDir, StopRequest, stop_between_steps
 from mobilegs.train.stage import Stage, view_order
-from mobilegs.train.state_file import digest
+from mobilegs.train.state_file import STATE_ERRORS, UNUSABLE, digest
 from mobilegs.train.threads import FairThreads
 
 PREVIEWS = 8  # per stage
@@ -53,10 +54,17 @@ def train_stage(
     of steps on the way.
 
     Raises KeyboardInterrupt after a checkpoint if Ctrl-C or SIGTERM asks to stop, and InputError
-    if the processes of `team` no longer hold the same scene.
+    for a damaged checkpoint and if the processes of `team` no longer hold the same scene.
     """
     if resume_from.stage == stage.name:
-        stage.restore(resume_from.state)
+        try:
+            stage.restore(resume_from.state)
+            if type(stage.done) is not int or not 0 <= stage.done <= stage.steps:
+                raise ValueError(f"{stage.done} steps are done of {stage.steps}")
+        except (*STATE_ERRORS, RuntimeError) as error:  # RuntimeErrors are those of torch
+            raise InputError(
+                f"{run_dir.checkpoint} does not fit this run ({error}): {UNUSABLE}"
+            ) from error
     if pace is not None:
         pace.before(stage)
     lines = monitor.begin(stage)

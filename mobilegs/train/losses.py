@@ -7,7 +7,7 @@ from jaxtyping import Bool, Float
 from torch import Tensor
 from torch.autograd.function import FunctionCtx
 
-from mobilegs.csrc.binding import address, library
+from mobilegs.csrc.binding import address, library, validate
 from mobilegs.data.dataset import View
 from mobilegs.evaluate.metrics import C1, C2, SIGMA, WINDOW
 from mobilegs.reproducible import total
@@ -74,8 +74,10 @@ class _CpuSsim(torch.autograd.Function):
 
     @staticmethod
     def forward(ctx, image: Tensor, target: Tensor) -> Tensor:
-        image, target = image.detach().contiguous(), target.detach().contiguous()
         height, width, _ = image.shape
+        validate(image, height, width, 3)
+        validate(target, height, width, 3)
+        image, target = image.detach().contiguous(), target.detach().contiguous()
         means, score = torch.empty(height, 4, 3 * width), torch.empty_like(image)
         pointers = [address(t) for t in (image, target, means, score)]
         library().mgs_ssim_forward(height, width, *pointers)

@@ -131,8 +131,18 @@ class NamedAdam:
         """Continue from a result of `state()`, whose tensors and row counts may differ.
 
         Tensors of the same shape are written in place, so networks keep their parameters. New
-        ones are placed on the device of the others.
+        ones are placed on the device of the others. Raises ValueError for values and moments that
+        do not belong together, and KeyError, TypeError or AttributeError for what is no state.
         """
+        for name, saved in state.items():
+            value = saved["value"]
+            known = self.tensors.get(name, value)
+            held = [saved[key] for key in MOMENTS if key in saved]
+            alike = all(each.shape == value.shape and each.dtype == value.dtype for each in held)
+            if not alike or (value.shape[1:], value.dtype) != (known.shape[1:], known.dtype):
+                raise ValueError(f"{name} has another shape or type")
+            if not math.isfinite(saved["lr"]) or not value.is_floating_point():
+                raise ValueError(f"{name} is not optimised by numbers")
         device = next((tensor.device for tensor in self.tensors.values()), None)
         for name in self.tensors.keys() - state.keys():
             self.drop(name)
@@ -151,6 +161,11 @@ class NamedAdam:
                 for key in ("step", *MOMENTS)
                 if key in saved
             }
+
+    def validate_rows(self, *others: Tensor) -> None:
+        """Raise ValueError unless all tensors, and all `others`, have a row for each Gaussian."""
+        if len({len(tensor) for tensor in (*self.tensors.values(), *others)}) > 1:
+            raise ValueError("its tensors are of different numbers of Gaussians")
 
     def _group(self, name: str) -> dict:
         return next(group for group in self.adam.param_groups if group["name"] == name)

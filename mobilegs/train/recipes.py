@@ -8,7 +8,7 @@ from dataclasses import dataclass, field, fields, is_dataclass, replace
 from difflib import get_close_matches
 from typing import Any, Literal
 
-from mobilegs.errors import InputError
+from mobilegs.errors import InputError, quoted
 from mobilegs.representation.codebooks import CodebookSizes
 from mobilegs.train.optim import exponential_lr
 from mobilegs.train.student.config import (
@@ -21,6 +21,7 @@ from mobilegs.train.teacher.densify import DensifyConfig
 from mobilegs.train.teacher.mini_splatting import MiniSplattingConfig
 from mobilegs.train.teacher.trainer import TeacherConfig, TeacherLearningRates
 
+NUMBER_MAX = 1e15  # of a setting in a file
 PresetName = Literal["demo", "short", "long", "paper", "release"]
 MethodName = Literal["3dgs", "mini-splatting", "mcmc"]
 SHORT_STEPS, LONG_STEPS = 5000, 30_000  # steps of a teacher
@@ -364,7 +365,8 @@ def _replaced(config: Any, changes: dict[str, Any], path: str = "") -> Any:
 def from_json(kind: type, content: Any) -> Any:
     """Return a dataclass of type `kind` from the dictionary that `dataclasses.asdict` made of it.
 
-    Raises InputError if fields are missing or unknown: another version wrote it.
+    Raises InputError if fields are missing or unknown: another version wrote it; and if a value has
+    another type than its field, or is a number too large to compute with.
     """
     names = {f.name for f in fields(kind)}
     if not isinstance(content, dict) or content.keys() != names:
@@ -375,7 +377,20 @@ def from_json(kind: type, content: Any) -> Any:
     hints = typing.get_type_hints(kind)
     return kind(
         **{
-            name: from_json(hints[name], value) if is_dataclass(hints[name]) else value
+            name: from_json(hints[name], value)
+            if is_dataclass(hints[name])
+            else _of_type(hints[name], value, name)
             for name, value in content.items()
         }
     )
+
+
+def _of_type(hint: Any, value: Any, name: str) -> Any:
+    """Return a JSON value for a field of the type `hint`. Raises InputError for another type."""
+    if typing.get_origin(hint) is Literal:
+        right = value in typing.get_args(hint)
+    else:
+        right = type(value) is hint or (hint is float and type(value) is int)
+    if not right or (isinstance(value, int | float) and not abs(value) < NUMBER_MAX):
+        raise InputError(f"{name} cannot be {quoted(value)}")
+    return value

@@ -6,9 +6,10 @@ import threading
 import zlib
 from collections.abc import Iterator
 from contextlib import contextmanager
-from dataclasses import asdict, dataclass, field
+from dataclasses import asdict, dataclass, field, replace
+from itertools import product
 from pathlib import Path
-from types import FrameType
+from types import FrameType, NoneType
 from typing import Any
 
 import torch
@@ -20,7 +21,7 @@ from mobilegs.errors import InputError
 from mobilegs.evaluate.report import RunMetrics
 from mobilegs.train.budget import Plan
 from mobilegs.train.recipes import Recipe, from_json
-from mobilegs.train.state_file import read_state, write_state
+from mobilegs.train.state_file import STATE_ERRORS, UNUSABLE, read_state, write_state
 
 
 @dataclass(frozen=True)
@@ -64,14 +65,31 @@ def load_config(path: Path, instead: str) -> RunConfig:
         content = read_json(path)
         recipe, photos = from_json(Recipe, content["recipe"]), content["photos"]
         poses = [float(number) for number in photos["poses"]]
+        _validate_options(content["options"])
         if len(poses) != 12:
             raise ValueError(f"a mean pose of {len(poses)} numbers")
         plan = None if content.get("plan") is None else Plan.from_json(content["plan"])
         return RunConfig(content["options"], recipe, {**photos, "poses": poses}, plan)
     except InputError as error:
         raise InputError(f"{path} cannot be used: {error}") from error
-    except (OSError, AttributeError, KeyError, TypeError, ValueError) as error:
+    except STATE_ERRORS as error:
         raise InputError(f"{path} is damaged ({error}): {instead}") from error
+
+
+def _validate_options(options: dict[str, Any]) -> None:
+    """Raise ValueError or another of `STATE_ERRORS` for options with which no run can go on."""
+    teacher, downscale, background = (options[n] for n in ("teacher", "downscale", "background"))
+    numbers = [options["seed"], 1 if downscale is None else downscale]
+    if not (teacher is None or isinstance(teacher, str)) or any(
+        type(n) is not int for n in numbers
+    ):
+        raise TypeError("its options have other types than they should")
+    if background is not None and (
+        len(background) != 3 or any(type(channel) not in (int, float) for channel in background)
+    ):
+        raise TypeError("its background is not three numbers")
+    if not (0 <= numbers[0] < 1 << 32 and 1 <= numbers[1] < 1 << 16):
+        raise ValueError("its options are out of range")
 
 
 class RunDir:
@@ -165,8 +183,12 @@ class RunDir:
     def load_metrics(self) -> RunMetrics:
         """Return the contents of `metrics.json`; raises InputError if it is damaged."""
         try:
-            return json.loads(self.metrics.read_text())
-        except (OSError, ValueError) as error:
+            metrics = read_json(self.metrics)
+            for stage, name in product(("teacher", "student"), ("gaussians", "file_bytes", "psnr")):
+                if type(metrics[stage][name]) not in (int, float, NoneType):
+                    raise TypeError(f"{name} of the {stage} is no number")
+            return metrics
+        except STATE_ERRORS as error:
             raise InputError(
                 f"{self.metrics} is damaged ({error}): delete it, and --resume measures again"
             ) from error
@@ -185,13 +207,21 @@ class RunDir:
         if not self.checkpoint.exists():
             return Checkpoint()
         content = read_state(self.checkpoint)
-        teacher_crc = content.pop("teacher_crc")
-        if content["stage"] == "student" and teacher_crc != self._teacher_crc():
+        try:
+            teacher_crc = content.pop("teacher_crc")
+            checkpoint = Checkpoint(**content)
+            seconds = {name: float(each) for name, each in checkpoint.seconds.items()}
+            checkpoint = replace(
+                checkpoint, seconds=seconds, log=[{**row} for row in checkpoint.log]
+            )
+        except STATE_ERRORS as error:
+            raise InputError(f"{self.checkpoint} is damaged ({error}): {UNUSABLE}") from error
+        if checkpoint.stage == "student" and teacher_crc != self._teacher_crc():
             raise InputError(
                 f"{self.teacher} is not the teacher from which this run's student learned: restore "
                 "it, or start a new run"
             )
-        return Checkpoint(**content)
+        return checkpoint
 
     def remove_checkpoint(self) -> None:
         """Delete the checkpoint of a finished run."""

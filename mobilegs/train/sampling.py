@@ -5,7 +5,7 @@ from jaxtyping import Float
 from torch import Tensor
 
 from mobilegs.camera import Camera
-from mobilegs.csrc.binding import address, library, supports
+from mobilegs.csrc.binding import address, library, supports, validate
 
 LIMIT_EVERY = 100  # steps between two applications of the limit
 MARGIN = 0.15  # of the image's sides: Gaussians a little outside of it count as seen
@@ -56,6 +56,8 @@ def packed_cameras(cameras: list[Camera]) -> Float[Tensor, "cameras 18"]:
 def _by_library(
     means: Float[Tensor, "n 3"], packed: Float[Tensor, "cameras 18"]
 ) -> Float[Tensor, "n"]:
+    validate(means, len(means), 3)
+    validate(packed, len(packed), 18)
     finest = torch.empty(len(means))
     library().mgs_sampling_intervals(
         len(means), address(means), len(packed), address(packed), address(finest)

@@ -18,6 +18,7 @@ STATE_ERRORS = (
     ArithmeticError, AssertionError, AttributeError, LookupError, RecursionError, TypeError,
     ValueError,
 )  # fmt: skip
+UNUSABLE = "delete the run's folder and start a new run"
 TENSOR = "$tensor"  # in the JSON, {"$tensor": name} stands for a tensor
 
 
@@ -47,6 +48,9 @@ def read_state(path: Path | str) -> dict[str, Any]:
 
     Raises InputError if the file is missing, damaged, or of another version.
     """
+    path = Path(path)
+    if not path.exists():
+        raise InputError(f"there is no checkpoint at {path}: start a new run")
     try:
         file_size(path)  # raises for a pipe, at which the library would wait
         with safe_open(str(path), framework="pt") as file:
@@ -61,10 +65,7 @@ def read_state(path: Path | str) -> dict[str, Any]:
     except InputError:
         raise
     except (*STATE_ERRORS, SafetensorError, OSError) as error:
-        raise InputError(
-            f"{path} is not a complete checkpoint ({error}): delete the run's folder and start a "
-            "new run"
-        ) from error
+        raise InputError(f"{path} is not a complete checkpoint ({error}): {UNUSABLE}") from error
 
 
 def _without_tensors(value: Any, place: str, tensors: dict[str, torch.Tensor]) -> Any:

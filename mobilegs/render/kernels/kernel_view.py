@@ -122,7 +122,8 @@ def validate_inputs(
     Gaussian.
     """
     means = inputs[0]
-    assert means is not None
+    if means is None or any(inputs[i] is None for i in (1, 2, 4)):
+        raise InputError("only the opacities or the lobes may be None")
     count = len(means)
     colors = (count, view.sh_size, 3) if view.sh_size else (count, 3)
     shapes = [(count, 3), (count, 4), (count, 3), (count,), colors]
@@ -132,6 +133,8 @@ def validate_inputs(
     for tensor, shape in zip([*inputs, screen_grads], shapes, strict=True):
         if tensor is None:
             continue
+        if tensor.layout != torch.strided or tensor.is_meta:
+            raise InputError("an input is sparse, or has no memory")
         if (tensor.device, tensor.dtype) != (means.device, torch.float32):
             raise InputError(
                 f"Gaussians on {means.device} cannot be rendered with {tensor.dtype} on "

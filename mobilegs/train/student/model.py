@@ -348,6 +348,7 @@ class StudentModel:
         if self.phase == "quantized" and self.step_sizes is not None:
             quantization.shorten_weights(self.decoder, self.lobe_decoder)
         self.rows.restore(state["rows"])
+        self.rows.validate_rows(*(quantizer.indices for quantizer in self.quantizers.values()))
         self.shared.restore(state["shared"])
 
     def _optimize(self, prefix: str, module: nn.Module) -> None:

@@ -272,6 +272,7 @@ class Student:
         self.generator.set_state(state["generator"])
         self.model.restore(state["model"])
         self.votes.restore(state["votes"])
+        self.model.rows.validate_rows(self.votes.against)
         self.exposures = None
         if (exposures := state["exposures"]) is not None:
             device = self.background.device
