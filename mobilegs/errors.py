@@ -2,8 +2,9 @@
 
 import re
 
-# control characters, ends of lines, and marks that change the direction of the text that follows
-UNSEEN = re.compile("[\x00-\x1f\x7f-\x9f\u061c\u200e\u200f\u2028-\u202e\u2066-\u2069]")
+# control characters, ends of lines, marks that change the direction of the text that follows, and
+# what stands for bytes that are no text
+UNSEEN = re.compile("[\x00-\x1f\x7f-\x9f\u061c\u200e\u200f\u2028-\u202e\u2066-\u2069\ud800-\udfff]")
 
 
 class InputError(ValueError):

@@ -1,5 +1,6 @@
 """Files that appear whole or not at all."""
 
+import errno
 import os
 import signal
 import subprocess
@@ -9,7 +10,8 @@ from pathlib import Path
 
 import pytest
 
-from mobilegs.atomic import atomic_path, atomic_write
+from mobilegs.atomic import DISK_ERRORS, atomic_path, atomic_write
+from mobilegs.cli.main import VERBS, main
 from mobilegs.errors import InputError
 
 # `mobilegs doctor`, which for once writes a file and takes its time
@@ -51,14 +53,16 @@ def test_long_names_have_room(tmp_path: Path) -> None:
     assert path.read_bytes() == b"1"
 
 
-def test_links_are_followed(tmp_path: Path) -> None:
+def test_links_are_replaced(tmp_path: Path) -> None:
     target, link = tmp_path / "far" / "target.txt", tmp_path / "link.txt"
     target.parent.mkdir()
     target.write_text("before")
     link.symlink_to(target)
     atomic_write(link, "after")
-    assert link.is_symlink() and target.read_text() == "after"
-    assert names(tmp_path) == {"far", "link.txt"} and names(target.parent) == {"target.txt"}
+    assert not link.is_symlink() and link.read_text() == "after"
+    assert target.read_text() == "before" and names(tmp_path) == {"far", "link.txt"}
+    with pytest.raises(InputError, match="a device or a pipe"):
+        atomic_write("/dev/stdout", "after")
 
 
 @pytest.mark.skipif(not hasattr(os, "mkfifo"), reason="needs POSIX")
@@ -81,3 +85,27 @@ def test_a_process_that_is_told_to_end_leaves_nothing_half(tmp_path: Path, numbe
         process.send_signal(getattr(signal, number))
         assert process.stderr and process.stderr.read() == "mobilegs: interrupted\n"
     assert process.returncode == 130 and not names(tmp_path)
+
+
+@pytest.mark.parametrize("number", DISK_ERRORS)
+def test_errors_of_a_disk_are_sentences(
+    number: int, tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    reason = DISK_ERRORS[number]
+    for error in (OSError(number, os.strerror(number)), RuntimeError(f"x: {os.strerror(number)}")):
+        with pytest.raises(InputError, match=f"cannot write .*: {reason}"):
+            with atomic_path(tmp_path / "out"):
+                raise error
+    assert not list(tmp_path.iterdir())
+
+    def full() -> None:
+        raise OSError(number, os.strerror(number))
+
+    monkeypatch.setitem(VERBS, "doctor", full)
+    assert main(["doctor"]) == 2
+    assert capsys.readouterr().err == f"mobilegs: {reason}\n"
+
+
+def test_errors_of_other_files_are_not_those_of_the_output(tmp_path: Path) -> None:
+    with pytest.raises(PermissionError), atomic_path(tmp_path / "out"):
+        raise PermissionError(errno.EACCES, "Permission denied", "/other")

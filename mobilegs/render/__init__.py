@@ -27,6 +27,7 @@ from mobilegs.render.inputs import (
     RenderInputs,
     RenderSettings,
     colors_of,
+    shape_of,
     validate_gaussians,
     validate_settings,
 )
@@ -185,7 +186,7 @@ def _render(
         background = inputs.means.new_zeros(channels)
     if not isinstance(background, Tensor) or background.shape != (channels,):
         raise InputError(
-            f"the background is no tensor [{channels}], as was expected: one "
+            f"the background has shape {shape_of(background)}: [{channels}] was expected, one "
             "number for each channel of the colours"
         )
     for name, tensor in (("colours", inputs.colors), ("lobes", inputs.lobes)):

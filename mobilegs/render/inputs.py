@@ -62,6 +62,11 @@ def validate_settings(settings: RenderSettings, *, sortfree: bool) -> None:
         raise InputError("sorted blending has no soft edge: use a footprint without it")
 
 
+def shape_of(value: object) -> str:
+    """Return the shape of a tensor as text, or the type of what is none."""
+    return str(list(value.shape)) if isinstance(value, Tensor) else f"of {type(value).__name__}"
+
+
 def validate_gaussians(means: Tensor, **others: Tensor) -> None:
     """Raise InputError unless `means` and `others`, by the names in `WIDTHS`, belong together.
 
@@ -71,8 +76,7 @@ def validate_gaussians(means: Tensor, **others: Tensor) -> None:
     for name, tensor in {"means": means, **others}.items():
         shape = [count, *WIDTHS[name]]
         if not isinstance(tensor, Tensor) or list(tensor.shape) != shape:
-            found = list(tensor.shape) if isinstance(tensor, Tensor) else type(tensor).__name__
-            raise InputError(f"{name} are {found}: a tensor {shape} was expected")
+            raise InputError(f"{name} have shape {shape_of(tensor)}: {shape} was expected")
         if (tensor.dtype, tensor.device) != (means.dtype, means.device):
             raise InputError(
                 f"{name} are {tensor.dtype} on {tensor.device}, but the means are {means.dtype} on "

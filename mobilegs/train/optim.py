@@ -136,12 +136,14 @@ class NamedAdam:
         """
         for name, saved in state.items():
             value = saved["value"]
-            known = self.tensors.get(name, value)
-            held = [saved[key] for key in MOMENTS if key in saved]
-            alike = all(each.shape == value.shape and each.dtype == value.dtype for each in held)
-            if not alike or (value.shape[1:], value.dtype) != (known.shape[1:], known.dtype):
+            known, step = self.tensors.get(name, value), saved.get("step", torch.zeros(()))
+            held = [value, *(saved[key] for key in MOMENTS if key in saved)]
+            alike = all(each.shape == value.shape and each.dtype == known.dtype for each in held)
+            if not alike or value.shape[1:] != known.shape[1:] or step.shape != ():
                 raise ValueError(f"{name} has another shape or type")
-            if not math.isfinite(saved["lr"]) or not value.is_floating_point():
+            if not all(bool(each.isfinite().all()) for each in (*held, step)):
+                raise ValueError(f"{name} is not finite")
+            if not value.is_floating_point() or not math.isfinite(saved["lr"]):
                 raise ValueError(f"{name} is not optimised by numbers")
         device = next((tensor.device for tensor in self.tensors.values()), None)
         for name in self.tensors.keys() - state.keys():

@@ -10,6 +10,7 @@ from mobilegs.atomic import atomic_write, read_text
 from mobilegs.data.images import open_image
 from mobilegs.errors import InputError
 from mobilegs.train.run_dir import RunDir
+from mobilegs.train.state_file import STATE_ERRORS
 from mobilegs.view.assets import escaped
 from mobilegs.view.export import HTML_MAX, embedded, title_of
 from mobilegs.view.poster import data_url, jpeg, posters_of
@@ -41,7 +42,19 @@ def write_report(run_dir: RunDir) -> Path:
 
     Raises InputError if a file of the run is missing or damaged.
     """
-    metrics, path = run_dir.load_metrics(), run_dir.report
+    try:
+        atomic_write(run_dir.report, _page(run_dir).encode())
+    except InputError:
+        raise
+    except STATE_ERRORS as error:
+        raise InputError(
+            f"the metrics in {run_dir.path} are damaged ({error}): the run has no report"
+        ) from error
+    return run_dir.report
+
+
+def _page(run_dir: RunDir) -> str:
+    metrics = run_dir.load_metrics()
     rows = _log(run_dir.log)
     title = escaped(title_of(run_dir.scene))
     parts = [
@@ -61,14 +74,12 @@ def write_report(run_dir: RunDir) -> Path:
         "</details>",
     ]
     body = "\n    ".join(parts)
-    page = (
+    return (
         '<!doctype html>\n<html lang="en">\n  <head>\n    <meta charset="utf-8" />\n'
         '    <meta name="viewport" content="width=device-width, initial-scale=1" />\n'
         f"    <title>{title}</title>\n    <style>{STYLE}    </style>\n  </head>\n"
         f"  <body>\n    {body}\n  </body>\n</html>\n"
     )
-    atomic_write(path, page)
-    return path
 
 
 def _log(path: Path) -> list[dict[str, Any]]:

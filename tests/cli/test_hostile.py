@@ -1,20 +1,28 @@
 """The command line with hostile files."""
 
 import json
+import logging
 import os
 import signal
+import sys
 import tracemalloc
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
+from typing import Any
 
 import pytest
 import torch
 
 from mobilegs import scene_file
 from mobilegs.cli.main import VERBS, main
+from mobilegs.cli.output import print_capture
+from mobilegs.errors import UNSEEN
+from mobilegs.formats.ply import write_ply
 from mobilegs.mgs.codec import inspect_mgs
+from mobilegs.progress_display import ProgressLines, printed_log
 from tests.support.mgs_parts import parse_parts
+from tests.support.random_scenes import random_scene
 
 CONFORMANCE = Path(__file__).parents[1] / "mgs" / "conformance"
 
@@ -44,7 +52,7 @@ def at_once() -> Iterator[None]:
         raise AssertionError("this waits for the other end of a pipe")
 
     before = signal.signal(signal.SIGALRM, late)
-    signal.alarm(20)
+    signal.alarm(60)
     try:
         yield
     finally:
@@ -137,7 +145,8 @@ def test_notes_are_printed_without_markup_and_marks_of_direction(
     notes |= {"[/x]": 1, "[bold]by": "[link=https://example.org]me", "z": "[red]"}
     shown = lines_of_info(notes, tmp_path / "notes.mgs", capsys)
     for mark in marks:
-        assert [f"a{mark:x}", "xy"] in shown
+        escaped = ascii(chr(mark))[1:-1]
+        assert [f"a{mark:x}{escaped}", f"x{escaped}y"] in shown
     for line in (["[/x]", "1"], ["[bold]by", "[link=https://example.org]me"], ["z", "[red]"]):
         assert line in shown
 
@@ -168,3 +177,36 @@ def test_other_errors_of_torch_are_not_hidden(monkeypatch: pytest.MonkeyPatch) -
     monkeypatch.setitem(VERBS, "doctor", broken)
     with pytest.raises(RuntimeError, match="must match"):
         main(["doctor"])
+
+
+def test_a_library_that_cannot_be_loaded_is_a_sentence(
+    capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def short() -> None:
+        raise ImportError("libx.so: failed to map segment from shared object")
+
+    monkeypatch.setitem(VERBS, "doctor", short)
+    assert main(["doctor"]) == 2
+    assert "failed to map segment" in capsys.readouterr().err
+
+
+NAME = "a\x1b[2J\nb\r\u202ec\x9b\u2028[red]d\udcff"
+
+
+def test_names_reach_the_terminal_escaped(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    scene = tmp_path / f"{NAME}.ply"
+    write_ply(scene, random_scene(5, degree=0))
+    assert main(["info", str(tmp_path / f"{NAME}.mgs")]) == 2
+    assert main(["info", str(scene)]) == 0
+    with printed_log():
+        logging.getLogger("mobilegs.x").warning("left out %s", NAME)
+    with ProgressLines(NAME, sys.stdout):
+        pass
+    report: Any = {"left_out": [NAME], "unreadable": [NAME], "other_files": {NAME: 1}}
+    report |= {"registered": 1, "photos": 2, "points": 1, "reprojection_error": 1.0, "models": []}
+    print_capture(report, tmp_path)
+    printed = "".join(capsys.readouterr())
+    shown = "a\\x1b[2J\\nb\\r\\u202ec\\x9b\\u2028[red]d\\udcff"
+    assert printed.count(shown) >= 6 and not UNSEEN.search(printed.replace("\n", ""))

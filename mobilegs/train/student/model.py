@@ -1,9 +1,10 @@
 """The parameters of the student, and the three phases they go through on the way to the file."""
 
+import math
 from collections.abc import Mapping
 from dataclasses import asdict
 from functools import partial
-from typing import Literal
+from typing import Literal, get_args
 
 import torch
 from jaxtyping import Bool, Float, Int
@@ -334,11 +335,17 @@ class StudentModel:
         assert self.phase == "explicit"
         device = self.rows.tensors["means"].device
         self.phase = state["phase"]
+        if self.phase not in get_args(Phase):
+            raise ValueError(f"there is no phase {self.phase}")
         if state["grid"] is not None:
             self.grid = PositionGrid(**state["grid"])
+            if not (0 < self.grid.radius < math.inf and self.grid.exponent in range(15)):
+                raise ValueError("its grid of positions is none")
             self.decoder = color_decoder(self.color, torch.Generator())
             self.decoder.to(device)
             self._optimize("decoder", self.decoder)
+        elif self.phase != "explicit":
+            raise ValueError("it has no grid of positions")
         for name in state["indices"]:
             quantizer = quantization.restore_quantizer(
                 name, state, self.step_sizes, self.quantizers
