@@ -36,7 +36,7 @@ class RowFolder:
         self.site = path / "site"
 
     def create(self, source: str, options: dict[str, str], own: list[str]) -> None:
-        """Write what the list says of a row."""
+        """Write what the list says of a row; `source` is a path or a `shown_address`."""
         make_folder(self.own)
         content = {"source": source, "options": options, "own": own}
         atomic_write(self.row, json.dumps(content, indent=2) + "\n")
