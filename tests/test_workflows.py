@@ -1,4 +1,4 @@
-"""Nobody who can move an action's tag, or replace a build tool's file, changes what is published."""
+"""What is published changes with a commit: actions and build tools are pinned to their content."""
 
 import re
 from pathlib import Path
