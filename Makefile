@@ -75,7 +75,7 @@ lint: $(VENV)/installed viewer/node_modules/.package-lock.json
 # dist/: the source distribution and a wheel for each platform, checked; needs g++ on Linux x86-64.
 # TARGETS="linux-x86_64 macos-arm64" builds some
 wheel: | $(VENV)/bin/pip
-	$(BIN)/python -m pip install --quiet -c constraints.txt scikit-build-core cmake ninja lief ziglang
+	$(BIN)/python -m pip install --quiet --require-hashes -r tools/build_requirements.txt
 	$(BIN)/python tools/make_wheels.py $(TARGETS)
 
 # the pages of the Python interface and of all rows of the paper's tables are built, not committed

@@ -14,6 +14,8 @@ from functools import cache
 from pathlib import Path
 from types import NoneType
 from typing import Any, get_args, get_type_hints
+from urllib.parse import urlsplit
+from urllib.request import url2pathname
 
 from tyro.constructors import ConstructorRegistry, PrimitiveConstructorSpec, PrimitiveTypeInfo
 
@@ -194,7 +196,15 @@ def command_of(kind: RowKind, source: str, output: Path, options: Options) -> li
 
 
 def absolute(name: str, text: str, folder: Path) -> str:
-    """Return a source or another path of a list in `folder` as an absolute path or an address."""
+    """Return a source or another path of a list in `folder` as an absolute path or an address.
+
+    Other columns are returned as they are. Raises InputError for `file://` with another machine.
+    """
     if name not in path_columns() or is_address(text):
-        return text.removeprefix("file://")
+        return text
+    if "://" in text:
+        address = urlsplit(text)
+        if address.netloc not in ("", "localhost"):
+            raise InputError(f"{text} names the machine '{address.netloc}': write file:///PATH")
+        text = url2pathname(address.path)
     return os.path.abspath(folder / Path(text).expanduser())  # a link keeps its name

@@ -1,4 +1,7 @@
-"""The engine on a Ray cluster: each task is a Ray task that starts a process on its machine."""
+"""The engine on a Ray cluster: each task is a Ray task that starts a process on its machine.
+
+Whoever can reach a cluster without token authentication can run programs on it.
+"""
 
 import logging
 import os
@@ -7,6 +10,7 @@ from typing import Any
 
 from mobilegs.batch.engine import Node
 from mobilegs.batch.task import GRACE_SECONDS, Outcome, Task, run_task
+from mobilegs.errors import InputError
 from mobilegs.extras import extra_module
 
 SUBMITTED_SHARE = 1.25  # of the cluster, so that no machine waits for the batch
@@ -21,18 +25,30 @@ def _run(line: str) -> tuple[str, str]:
 class RayEngine:
     """An `Engine` that runs tasks on the Ray cluster of RAY_ADDRESS or of this machine."""
 
-    def __init__(self, *, start: bool) -> None:
-        """Join the cluster; if there is none, `start` one on this machine.
+    def __init__(self) -> None:
+        """Join the cluster, with token authentication unless RAY_AUTH_MODE says otherwise.
 
-        Raises ConnectionError if there is none, and InputError if Ray is not installed.
+        Raises InputError if Ray is not installed, and if there is no cluster or it takes no token.
         """
+        os.environ.setdefault("RAY_AUTH_MODE", "token")
         os.environ.setdefault("RAY_USAGE_STATS_ENABLED", "0")  # sends nothing to anybody
         # a task without GPUs sees none, also in later versions of Ray
         os.environ.setdefault("RAY_ACCEL_ENV_VAR_OVERRIDE_ON_ZERO", "1")
-        needed = "a batch without --engine local needs Ray"
-        self._ray = ray = extra_module("ray", needed, "batch")
-        address = os.environ.get("RAY_ADDRESS") or (None if start else "auto")
-        ray.init(address, log_to_driver=False, logging_level=logging.CRITICAL)
+        self._ray = ray = extra_module("ray", "--engine ray needs Ray", "batch")
+        address = os.environ.get("RAY_ADDRESS") or "auto"
+        where = "on this machine" if address == "auto" else f"at {address} (RAY_ADDRESS)"
+        try:
+            ray.init(address, log_to_driver=False, logging_level=logging.CRITICAL)
+        except ConnectionError:
+            raise InputError(
+                f"no Ray cluster answers {where}: start one with `ray start --head` and the token "
+                "of this machine"
+            ) from None
+        except ray.exceptions.AuthenticationError:
+            raise InputError(
+                f"the Ray cluster {where} needs a token: copy ~/.ray/auth_token from its first "
+                "machine, where `ray get-auth-token --generate` makes it"
+            ) from None
         self.name = f"Ray {ray.__version__}"
         self._function = ray.remote(_run)
         self._running: dict[Any, Task] = {}

@@ -9,6 +9,7 @@ from typing import Any, Literal
 
 from mobilegs.atomic import atomic_write
 from mobilegs.batch.columns import command_of
+from mobilegs.batch.fetch import shown_address
 from mobilegs.batch.forecast import Effort
 from mobilegs.batch.row_folder import RowFolder, RowKind
 from mobilegs.batch.rows import Row
@@ -23,7 +24,7 @@ class Entry:
     """A line of `results.jsonl`.
 
     Attributes:
-        name, source, kind, options: of the row.
+        name, source, kind, options: of the row; the source without secrets (`shown_address`).
         error: why it failed.
         command: the single command that trains the same scene.
         seconds: of the tasks by stage, all tries together.
@@ -85,17 +86,18 @@ def entry_of(row: Row, folder: RowFolder, kind: RowKind | None, state: State, er
         "tries": len({event["attempt"] for event in events}),
         "machines": list(dict.fromkeys(machines)),
     }
+    source = shown_address(row.source)
     if kind is not None:
         place = folder.place()
-        source = row.source if place is None else str(place[0])
-        about["command"] = shlex.join(command_of(kind, source, folder.path, row.options))
+        here = source if place is None else str(place[0])
+        about["command"] = shlex.join(command_of(kind, here, folder.path, row.options))
     run = RunDir(folder.path)
     if run.metrics.exists():
         about |= _figures(run)
     if state == "done":
         about["page"] = _link(folder)
         about["poster"] = f"{row.name}/poster.jpg" if folder.poster.exists() else None
-    return Entry(row.name, row.source, kind, row.options, state, error, **about)
+    return Entry(row.name, source, kind, row.options, state, error, **about)
 
 
 def _total(ended: Sequence[dict[str, Any]], unit: str) -> float:

@@ -36,7 +36,10 @@ class RowFolder:
         self.site = path / "site"
 
     def create(self, source: str, options: dict[str, str], own: list[str]) -> None:
-        """Write what the list says of a row. Raises InputError for links in place of its files."""
+        """Write what the list says of a row; `source` is a path or a `shown_address`.
+
+        Raises InputError for links in place of the row's files.
+        """
         refuse_links(self.path, self.own, self.log, self.events_file, self.capture, self.site)
         make_folder(self.own)
         content = {"source": source, "options": options, "own": own}

@@ -18,7 +18,7 @@ from mobilegs.batch.columns import (
     unknown_column,
     validate_row,
 )
-from mobilegs.batch.fetch import is_address, validate_address
+from mobilegs.batch.fetch import is_address, public_address, validate_address, without_secrets
 from mobilegs.capture.photos import PHOTOS
 from mobilegs.data import has_poses
 from mobilegs.errors import InputError
@@ -51,8 +51,16 @@ class Row:
 def read_list(path: Path, defaults: Mapping[str, str]) -> list[Row]:
     """Return the rows of a list; `defaults` fill columns that a row leaves empty.
 
-    Raises InputError that names every fault, one sentence each with the number of its row.
+    Raises InputError that names every fault, one sentence each with the number of its row, without
+    the secrets of addresses.
     """
+    try:
+        return _read_list(path, defaults)
+    except InputError as error:
+        raise InputError(without_secrets(str(error))) from None
+
+
+def _read_list(path: Path, defaults: Mapping[str, str]) -> list[Row]:
     if not path.exists():
         raise InputError(f"{path} does not exist")
     if path.is_dir():
@@ -102,7 +110,8 @@ def _row(number: int, cells: Mapping[str, Any], defaults: Mapping[str, str], fol
     source = texts.pop("source", "")
     if not source:
         raise InputError("there is no source: give a path or an address in the column 'source'")
-    usual = re.sub(r"[^\w.+-]+", "-", Path(source.rstrip("/")).stem)
+    last = public_address(source) if is_address(source) else source
+    usual = re.sub(r"[^\w.+-]+", "-", Path(last.rstrip("/")).stem)
     name = texts.pop("name", "") or usual
     if not NAME.fullmatch(name):
         raise InputError(

@@ -10,7 +10,7 @@ from typing import Literal
 from mobilegs.atomic import make_folder, refuse_links
 from mobilegs.batch.columns import kind_of
 from mobilegs.batch.engine import Engine, Node
-from mobilegs.batch.fetch import is_address
+from mobilegs.batch.fetch import is_address, shown_address
 from mobilegs.batch.forecast import Effort, Forecast, Share, forecast
 from mobilegs.batch.page import write_page
 from mobilegs.batch.results import Entry, State, entry_of, read_effort, write_results
@@ -103,7 +103,7 @@ def _validate_folder(path: Path, row: Row) -> None:
         run.validate_new()
     elif not run.config.exists() and not folder.capture.exists():
         return  # nothing was made of the row yet
-    elif begun["source"] != row.source:
+    elif begun["source"] != shown_address(row.source):
         raise InputError(
             f"{path} was begun with the source {begun['source']}: delete it, or give another name"
         )
@@ -201,7 +201,7 @@ class Batch:
     def _begin(self, row: Row) -> TrackedRow:
         """Return a row with the state that its folder tells."""
         folder = RowFolder(self.options.output.resolve() / row.name)
-        folder.create(row.source, row.options, row.own)
+        folder.create(shown_address(row.source), row.options, row.own)
         if not is_address(row.source):
             folder.set_place(Path(row.source), kind_of(Path(row.source)))
         tracked = TrackedRow(row, folder, None, attempt=folder.attempts())
@@ -247,6 +247,7 @@ class Batch:
                 share.gpus,
                 str(self.cache),
                 {key: os.environ[key] for key in ("MOBILEGS_LPIPS",) if key in os.environ},
+                each.row.source if each.stage == "fetch" else "",
             )
             if not self.engine.accepts(task):
                 if share.gpus:

@@ -30,7 +30,7 @@ def run_stage(task: Task, folder: RowFolder) -> None:
     assert row is not None, "the batch writes the row before its first task"
     source, options = row["source"], row["options"]
     if task.stage == "fetch":
-        path = fetch(source, Path(task.cache))
+        path = fetch(task.source, Path(task.cache))
         kind = kind_of(path)
         validate_row(options, row["own"], kind)
         folder.set_place(path, kind)

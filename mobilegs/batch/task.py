@@ -32,6 +32,7 @@ class Task:
         gpus: 1 if the stage runs on a GPU.
         cache: folder for fetched sources.
         environment: variables that the process gets.
+        source: address of the stage fetch, with its secrets. It is in no file.
     """
 
     folder: str
@@ -41,6 +42,7 @@ class Task:
     gpus: int
     cache: str
     environment: dict[str, str] = field(default_factory=dict)
+    source: str = field(default="", repr=False)
 
     def as_json(self) -> str:
         return json.dumps(asdict(self))

@@ -1,8 +1,6 @@
 """The verb `batch`: scenes of a whole list, on this machine or on a Ray cluster."""
 
-import importlib.util
 import math
-import os
 import sys
 import time
 from collections.abc import Iterator, Sequence
@@ -27,7 +25,7 @@ def batch(
     output: Annotated[Path, arg(aliases=["-o"], metavar="DIR")],
     default: Annotated[tuple[str, ...], arg(metavar="COLUMN=VALUE ...")] = (),
     resume: bool = False,
-    engine: Literal["ray", "local"] | None = None,
+    engine: Literal["local", "ray"] = "local",
     device: Literal["auto", "cpu", "cuda"] = "auto",
     cores: Annotated[int | None, arg(metavar="N")] = None,
     retries: Annotated[int, arg(metavar="N")] = 3,
@@ -49,9 +47,8 @@ def batch(
         output: Folder for all runs, on storage that all machines share; created if missing.
         default: Values for rows that leave a column empty, as in `--default minutes=10 seed=1`.
         resume: Continue the batch in DIR: make what is missing, and try failed rows again.
-        engine: ray: the Ray cluster of RAY_ADDRESS or of this machine; if there is none, one is
-            started on this machine. local: processes on this machine. Default: ray where there is a
-            cluster, otherwise local.
+        engine: local: processes on this machine. ray: the Ray cluster of RAY_ADDRESS, or else the
+            one that runs on this machine.
         device: Device that trains; auto takes GPUs if a machine has one.
         cores: Cores of each pose finding, and of each training without a GPU. Default: those of
             the smallest machine, at most 8.
@@ -86,26 +83,24 @@ def batch(
 
 def defaults_of(words: Sequence[str]) -> dict[str, str]:
     """Return the columns of `--default`."""
+    from mobilegs.batch.fetch import without_secrets
+
     columns = {}
     for word in words:
         name, equals, value = word.partition("=")
         if not equals:
-            raise InputError(f"--default takes COLUMN=VALUE, not '{word}'")
+            raise InputError(f"--default takes COLUMN=VALUE, not '{without_secrets(word)}'")
         columns[name.strip()] = value.strip()
     return columns
 
 
-def engine_of(name: Literal["ray", "local"] | None, device: str) -> "Engine":
-    """Return the engine of that name; None is Ray where there is a cluster, otherwise local."""
+def engine_of(name: Literal["local", "ray"], device: str) -> "Engine":
+    """Return the engine of that name."""
     from mobilegs.batch.engine import LocalEngine, visible_gpus
     from mobilegs.batch.ray_engine import RayEngine
 
-    if name == "ray" or (name is None and importlib.util.find_spec("ray") is not None):
-        try:
-            return RayEngine(start=name == "ray")
-        except ConnectionError:
-            if address := os.environ.get("RAY_ADDRESS"):
-                raise InputError(f"there is no Ray cluster at {address} (RAY_ADDRESS)") from None
+    if name == "ray":
+        return RayEngine()
     return LocalEngine([] if device == "cpu" else visible_gpus())
 
 

@@ -56,6 +56,17 @@ def test_csv_json_lines_and_a_folder_give_the_same_rows(folder: Path) -> None:
     assert read_list(own, {})[1].source == str(own / "old town")
 
 
+def test_addresses_of_files_are_paths(folder: Path) -> None:
+    address = (folder / "old town").as_uri()  # with %20
+    rows = [{"source": address}, {"source": address.replace("///", "//localhost/"), "name": "b"}]
+    rows.append({"source": "tree.ply", "capture": (folder / "garden").as_uri(), "title": address})
+    listed = written(folder, "\n".join(map(json.dumps, rows)), "list.jsonl")
+    one, other, scene = read_list(listed, {})
+    assert one.source == other.source == str(folder / "old town") and one.name == "old-town"
+    assert scene.options["capture"] == str(folder / "garden")
+    assert scene.options["title"] == address
+
+
 def test_defaults_fill_empty_columns_where_they_apply(folder: Path) -> None:
     table = written(folder, "source,steps\ngarden,50\ntree.ply,\n")
     defaults = {"steps": "70", "views": "16", "max_splats": "90", "export": "site ply"}
@@ -112,6 +123,7 @@ FAULTS = [
     ("tree.ply", {"downscale": "2"}, "--downscale is for the photos of --capture: use --size"),
     ("garden", {"export": "pdf"}, "there is no export 'pdf': use some of html, site"),
     ("s4://bucket/a", {}, "has an unknown kind of address: 's4'"),
+    ("file://nas/a", {}, "file://nas/a names the machine 'nas': write file:///PATH"),
     ("", {}, "there is no source: give a path or an address"),
 ]
 
