@@ -103,6 +103,10 @@ class PrivateHandler(Handler):
         """Answer with bytes that nobody stores."""
         self._answer(kind, body, {"Cache-Control": "no-store", **(headers or {})}, status)
 
+    def end_headers(self) -> None:
+        self.send_header("Cross-Origin-Opener-Policy", "same-origin")
+        super().end_headers()
+
     def _asked(self) -> str | None:
         """Return what follows the token, or None after an answer that refuses the request."""
         if not names_this_machine(self.headers.get("Host", "")):

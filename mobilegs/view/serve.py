@@ -48,7 +48,6 @@ SECURITY = {
     "X-Content-Type-Options": "nosniff",
     "Referrer-Policy": "no-referrer",  # addresses may have a token
     "Cross-Origin-Resource-Policy": "same-origin",
-    "Cross-Origin-Opener-Policy": "same-origin",
 }
 CONVERT_HINT = " (`mobilegs export --to ply` converts scenes of other tools)"
 log = logging.getLogger(__name__)
