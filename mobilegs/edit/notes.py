@@ -7,17 +7,15 @@ Notes are one-line texts of at most 4096 characters. `annotations` and `path` co
 import json
 import math
 import re
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from typing import Any
-
-import numpy as np
 
 from mobilegs.edit.regions import Triple
 from mobilegs.errors import InputError
 from mobilegs.mgs.container import short_text
 from mobilegs.mgs.limits import META_MAX, TEXT_MAX
-from mobilegs.viewpoints.framing import Start
+from mobilegs.viewpoints.framing import Start, written
 
 TITLE_MAX = 200  # characters of a title or credit
 ANNOTATION_MAX = 1000  # characters of an annotation's text
@@ -25,6 +23,7 @@ ANNOTATIONS_MAX = 200
 POSES_MAX = 1000  # key poses of a camera path
 CONTINUED = ("annotations", "path")
 LIMITS_GONE = {"limits": "", "limits_portrait": ""}
+SHORTEST = 1e-9  # length of a direction
 Key = tuple[Triple, Triple]
 
 
@@ -53,17 +52,24 @@ def line_of_text(text: str, what: str) -> str:
 
 def start_text(start: Start) -> str:
     """Return the note of a first view. Raises InputError if no viewer can show it."""
-    if np.array_equal(start.eye, start.target):
+    numbers = [float(word) for word in start.text.split()]
+    if numbers[:3] == numbers[3:6]:
         raise InputError("a start view cannot look at its own position")
-    if not all(0 < tangent < 1e3 for tangent in start.box):
+    if not all(0 < tangent < 1e3 for tangent in numbers[6:]):
         raise InputError("the last two numbers of a start view are tangents above 0")
     return start.text
 
 
 def plane_text(normal: Triple, offset: float | int) -> str:
-    """Return the note `floor`: the plane normal . x = offset, with the normal pointing up."""
+    """Return the note `floor`: the plane normal . x = offset, with the normal pointing up.
+
+    Raises InputError if the normal is too short, or the plane too far away.
+    """
     size = math.hypot(*normal)
-    return _written([value / size for value in (*normal, offset)])
+    plane = [value / size for value in (*normal, offset)] if size > SHORTEST else []
+    if not plane or not all(map(_is_number, plane)):
+        raise InputError("the floor has no normal, or is out of reach")
+    return written(plane)
 
 
 def parsed_annotations(annotations: Any) -> list[Annotation]:
@@ -104,7 +110,7 @@ def parsed_path(poses: Any) -> list[Key]:
         if not isinstance(pose, list) or len(pose) != 6 or not all(map(_is_number, pose)):
             raise InputError(f"pose {number} of the camera path is not six numbers: eye, target")
         eye, target = tuple(pose[:3]), tuple(pose[3:])
-        if eye == target:
+        if written(eye) == written(target):
             raise InputError(f"pose {number} of the camera path looks at its own position")
         keys.append((eye, target))
     return keys
@@ -129,7 +135,7 @@ def annotation_notes(annotations: Iterable[Annotation]) -> dict[str, str]:
 
 def path_notes(keys: Iterable[Key]) -> dict[str, str]:
     """Return the notes `path`, `path.2`, ... of a file."""
-    items = [_written([*eye, *target]) for eye, target in keys]
+    items = [written([*eye, *target]) for eye, target in keys]
     return _continued("path", [";".join(part) for part in _grouped(items, 0)])
 
 
@@ -202,12 +208,6 @@ def _continued(name: str, texts: list[str]) -> dict[str, str]:
 
 def _rounded(point: Triple) -> list[float]:
     return [float(f"{value:.6g}") for value in point]
-
-
-def _written(numbers: Sequence[float | int]) -> str:
-    """Return numbers with six significant digits and without exponents, as `framing` reads them."""
-    words = (np.format_float_positional(x, 6, fractional=False, trim="-") for x in numbers)
-    return " ".join(words)
 
 
 def _is_number(value: Any) -> bool:

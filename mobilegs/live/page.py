@@ -29,9 +29,14 @@ MODES = ("render", "depth", "error", "photo", "photo | render | error")
 PHOTO_MODES = MODES[2:]  # seen from the nearest photo's camera instead of the browser's
 VISITORS_MAX = 16
 FORGET_SECONDS = 20.0  # without a sign of a browser, after which its frames are dropped
+LOOKS = 50  # answers with frames per second, for all browsers together
 QUALITY = 85  # of JPEG
 PORTS = 20  # that are tried after the first
 NUMBER_MAX = 1e12  # of a camera
+POLICY = (
+    "default-src 'none'; script-src 'self'; style-src 'unsafe-inline'; img-src data:; "
+    "connect-src 'self'; base-uri 'none'; form-action 'none'"
+)
 log = logging.getLogger(__name__)
 
 
@@ -87,14 +92,14 @@ class Page(PrivateServer):
         """
         self.changed = threading.Event()
         self.paused = False
-        self.cameras = TrainingCameras(dataset)
         self.clock = clock
         self.title = f"mobilegs: {dataset.name}"
-        self.about = json.dumps(about(dataset, self.cameras)).encode()
+        self.show(dataset)
         self._visitors: dict[int, Visitor] = {}
         self._status: dict[str, str] = {}
         self._lock = threading.Lock()
         self._closed = False
+        self._next_look = 0.0
         last = min(port + PORTS, 65535) if port else 0
         for other in range(port, last + 1):
             try:
@@ -108,6 +113,11 @@ class Page(PrivateServer):
         self.address = f"http://{place}:{self.server_port}{self.path}"
         self._thread = threading.Thread(target=self.serve_forever, daemon=True)
         self._thread.start()
+
+    def show(self, dataset: Dataset) -> None:
+        """Show the cameras of `dataset`: those of the same photos, whose poses may have changed."""
+        self.cameras = TrainingCameras(dataset)
+        self.about = json.dumps(about(dataset, self.cameras)).encode()
 
     def visitors(self) -> list[Visitor]:
         """Return the browsers that are there, the longest without a frame first."""
@@ -176,6 +186,14 @@ class Page(PrivateServer):
                 visitor.last_request = None
             return state, frame
 
+    def pace(self) -> None:
+        """Wait for this browser's turn: many of them take no more from the training than two."""
+        with self._lock:
+            now = time.monotonic()
+            turn = max(self._next_look, now)
+            self._next_look = turn + 1 / LOOKS
+        time.sleep(turn - now)
+
     def close(self) -> None:
         """Stop listening and answering."""
         self._closed = True
@@ -193,6 +211,9 @@ class PageHandler(PrivateHandler):
 
     server: Page  # pyright: ignore[reportIncompatibleVariableOverride]
 
+    def policy(self) -> str:
+        return POLICY
+
     def get(self, asked: str) -> None:
         if asked == "":
             title = f"<title>{escaped(self.server.title)}</title>"
@@ -208,6 +229,7 @@ class PageHandler(PrivateHandler):
         if not isinstance(posted, dict):
             raise InputError("the page sent something else than its camera")
         if asked == "look":
+            self.server.pace()
             state, frame = self.server.look(posted)
             head = json.dumps(state).encode()
             body = len(head).to_bytes(4, "little") + head + jpeg(frame)

@@ -1,5 +1,6 @@
 """The live view of a training: renders frames for browsers between two steps."""
 
+import math
 import time
 
 import torch
@@ -10,7 +11,7 @@ from mobilegs.data.dataset import Dataset, View, load_view
 from mobilegs.errors import InputError
 from mobilegs.evaluate.metrics import to_bytes
 from mobilegs.live import frames
-from mobilegs.live.frame_budget import Detail, FrameBudget
+from mobilegs.live.frame_budget import PIXELS_MAX, Detail, FrameBudget
 from mobilegs.live.frames import BrowserCamera
 from mobilegs.live.page import PHOTO_MODES, FrameRequest, Page, Visitor
 from mobilegs.render.scene import Scene
@@ -37,6 +38,11 @@ class LiveSession:
         self._watched = False  # by anybody, at the last step
         self._status: dict[str, str] = {}
         self._status_at = float("-inf")
+
+    def show(self, dataset: Dataset) -> None:
+        """Show the photos of `dataset`: the same ones, whose poses may have changed."""
+        self._dataset, self._photo = dataset, None
+        self.page.show(dataset)
 
     def after_step(self, stage: Stage, stop: StopRequest) -> None:
         """Update the page; during a pause, block and render on request until `stop` is set."""
@@ -70,6 +76,11 @@ class LiveSession:
         if self._watched and not visitors:  # their frames were large
             self._photo = None
             return_freed_memory()
+            if self.page.paused:
+                self._monitor.note(
+                    f"the training is paused, and nobody looks on any more: {self.page.address} "
+                    "continues it, Ctrl-C ends it"
+                )
         self._watched = bool(visitors)
         for visitor in visitors:
             request = self._request(stage, visitor, now)
@@ -133,12 +144,18 @@ class LiveSession:
     def _photo_image(
         self, scene: Scene, mode: str, index: int, aspect: float
     ) -> tuple[Float[Tensor, "h w 3"], dict[str, str]]:
-        """Return photo `index`, its error map, or both with the render, and its PSNR."""
+        """Return photo `index`, its error map, or both with the render, and its PSNR.
+
+        A photo of more than `PIXELS_MAX` pixels is reduced.
+        """
         if self._photo is None or self._photo[0] != index:
-            self._photo = index, load_view(self._dataset.train[index])
+            view = load_view(self._dataset.train[index])
+            n = math.ceil(math.sqrt(view.camera.width * view.camera.height / PIXELS_MAX))
+            self._photo = index, view.reduced(n)
         view = self._photo[1].to(scene.background.device)
         image = scene.render(view.camera).image
-        said = {view.name: f"{frames.view_psnr(image, view):.2f} dB"}
+        size = "" if view.camera.width == self._dataset.train[index].camera.width else ", reduced"
+        said = {view.name: f"{frames.view_psnr(image, view):.2f} dB{size}"}
         single = {"photo": view.image, "error": frames.error_map(image, view)}
         row = [view.image, image, single["error"]]
         return single[mode] if mode in single else frames.side_by_side(row, aspect), said

@@ -198,6 +198,8 @@ def train_stages(
             dataset = with_poses(dataset, run_dir.poses)
             loader = opened.enter_context(ViewLoader(dataset.train))
             job = replace(job, dataset=dataset, loader=loader)
+            if live is not None:
+                live.show(dataset)
         gaussians, footprint = read_ply_scene(run_dir.teacher)
         teacher = Scene(
             gaussians.to(team.device),

@@ -7,7 +7,7 @@ import torch
 from PIL import Image
 
 from mobilegs.atomic import atomic_path
-from mobilegs.data.dataset import Frame, View, ViewLoader, load_view
+from mobilegs.data.dataset import Dataset, Frame, View, ViewLoader, load_view
 from mobilegs.errors import InputError
 from mobilegs.evaluate.metrics import displayed_colors, psnr, to_bytes
 from mobilegs.train.budget import Pace
@@ -26,6 +26,10 @@ CHECKPOINT_SECONDS = 60.0
 @runtime_checkable
 class LiveView(Protocol):
     """A view of the training for people, updated between steps."""
+
+    def show(self, dataset: Dataset) -> None:
+        """Show the photos of `dataset` from now on: the same ones, with other poses."""
+        ...
 
     def after_step(self, stage: Stage, stop: StopRequest) -> None:
         """Show the stage. While a person pauses the training, block until `stop` is set."""

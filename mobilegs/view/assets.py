@@ -1,7 +1,9 @@
 """The built web viewer: page, scripts and shaders in `dist`, which `make viewer` writes."""
 
+import base64
 import hashlib
 import html
+import re
 from functools import cache
 from pathlib import Path
 
@@ -23,6 +25,8 @@ SCRIPTS = (
 # parts of index.html that pages replace
 SCRIPT = '<script type="module" src="viewer.js"></script>'
 TITLE = "<title>mobilegs</title>"
+# characters that are shown as their numbers: controls, and those that turn the text after them
+UNSEEN = re.compile("[\x00-\x08\x0b-\x1f\x7f-\x9f\u2028-\u202e\u2066-\u2069]")
 
 
 @cache
@@ -91,13 +95,51 @@ def script_tags(path: str) -> str:
     The addresses of scripts contain their versions, so that browsers may cache them forever.
     """
     address = f"{path}?{version_of(script('viewer.js'))}"
-    preload = _read("preload.js").strip()
-    return f'<script>\n{preload}\n</script>\n    <script type="module" src="{address}"></script>'
+    preload = f"<script>{preload_script()}</script>"
+    return f'{preload}\n    <script type="module" src="{address}"></script>'
 
 
-def escaped(title: str) -> str:
-    """A title as HTML; bytes of file names that are not text become replacement characters."""
-    return html.escape(title.encode(errors="surrogateescape").decode(errors="replace"))
+@cache
+def preload_script() -> str:
+    """The script that stands in pages before the viewer's own."""
+    return f"\n{_read('preload.js').strip()}\n"
+
+
+@cache
+def content_policy(*inline: str, beside: bool = True) -> str:
+    """The Content-Security-Policy of a page with the viewer, for a header or a `<meta>`.
+
+    Of the scripts in the page only those of `inline` run. `beside`: the page may load what its own
+    host has, such as the scene and parts of the viewer. No other host is ever asked.
+    """
+    own = ["'self'"] if beside else []
+    hashes = [base64.b64encode(hashlib.sha256(text.encode()).digest()).decode() for text in inline]
+    directives = {
+        "default-src": [],
+        "script-src": [*own, *(f"'sha256-{each}'" for each in hashes), "'wasm-unsafe-eval'"],
+        "worker-src": [*own, "blob:"],
+        "connect-src": own,
+        "manifest-src": own,
+        "img-src": [*own, "data:", "blob:"],
+        "style-src": ["'unsafe-inline'"],
+        "base-uri": [],
+        "form-action": [],
+    }
+    return "; ".join(" ".join([name, *(each or ["'none'"])]) for name, each in directives.items())
+
+
+def policy_tag(policy: str) -> str:
+    """The `<meta>` of a Content-Security-Policy, to precede everything that a file has a say in."""
+    return f'<meta http-equiv="Content-Security-Policy" content="{policy}" />'
+
+
+def escaped(text: str) -> str:
+    r"""A text as HTML, with characters that nobody sees as numbers like \u202e.
+
+    Bytes of file names that are not text become replacement characters.
+    """
+    text = text.encode(errors="surrogateescape").decode(errors="replace")
+    return html.escape(UNSEEN.sub(lambda found: f"\\u{ord(found[0]):04x}", text))
 
 
 def _read(name: str) -> str:

@@ -8,6 +8,7 @@ import base64
 import binascii
 import html
 import logging
+import math
 import tempfile
 import threading
 from collections.abc import Callable, Iterator, Sequence
@@ -170,7 +171,7 @@ def edit_from_page(posted: Any, count: int) -> SceneEdit:
             changes[name] = n.line_of_text(text, name)
     if "up" in posted:
         up = _numbers(posted["up"], 3, "upward direction")
-        if up is not None and not any(up):
+        if up is not None and not math.hypot(*up) > n.SHORTEST:
             raise InputError("the upward direction has no length")
         changes["up"] = "" if up is None else written_up(unit(np.array(up)))
     for name in ("start", "start_portrait"):
@@ -179,8 +180,6 @@ def edit_from_page(posted: Any, count: int) -> SceneEdit:
             changes[name] = "" if view is None else n.start_text(_start(view))
     if "floor" in posted:
         plane = _numbers(posted["floor"], 4, "floor")
-        if plane is not None and not any(plane[:3]):
-            raise InputError("the floor has no normal")
         changes["floor"] = (
             "" if plane is None else n.plane_text((plane[0], plane[1], plane[2]), plane[3])
         )

@@ -19,9 +19,12 @@ from mobilegs.view.assets import (
     SCRIPT,
     SCRIPTS,
     TITLE,
+    content_policy,
     element_script,
     escaped,
     index_page,
+    policy_tag,
+    preload_script,
     script,
     script_tags,
     service_worker,
@@ -41,13 +44,13 @@ UNVERIFIED = ("manifest.webmanifest", "poster.jpg", "icon.png")
 HTML_MAX = 400_000_000  # bytes of a scene: strings in browsers end at 2^29 characters
 # parts of index.html that exported pages replace
 LINK = '<link rel="icon" href="data:," />'
-ELEMENT = "<mobile-gs></mobile-gs>"
+ELEMENT = "<mobile-gs linkable></mobile-gs>"
 HEAD_END = "</head>"
 # attributes of the element whose names are not those of the notes
 ATTRIBUTES = {"title": "heading", "start_portrait": "start-portrait"}
 LINK_ICON = '<link rel="icon" href="icon.png" />'
 # registered after loading: the service worker downloads the files it keeps once more
-REGISTER = """<script>
+REGISTER = """
       const keep = async () => {
         try {
           await navigator.serviceWorker?.register("sw.js");
@@ -57,7 +60,7 @@ REGISTER = """<script>
       };
       const scene = document.querySelector("mobile-gs");
       for (const name of ["load", "error"]) scene.addEventListener(name, keep, { once: true });
-    </script>"""
+    """
 PREVIEW = """    <meta property="og:url" content="{}" />
     <meta property="og:type" content="website" />
     <meta name="twitter:card" content="summary_large_image" />
@@ -92,7 +95,7 @@ def export_html(
     element, script = embedded(scene, poster, _attributes(up, heading, notes))
     page = page_with(
         {
-            TITLE: f"<title>{escaped(title)}</title>",
+            TITLE: f"{embedded_policy()}\n    <title>{escaped(title)}</title>",
             **_styled(posters),
             ELEMENT: element,
             SCRIPT: script,
@@ -110,6 +113,11 @@ def embedded(scene: Path, poster: str, attributes: str = "") -> tuple[str, str]:
         f'<script type="application/octet-stream" id="scene">{data}</script>\n'
         f'    <script type="module">\n{element_script()}</script>',
     )
+
+
+def embedded_policy() -> str:
+    """Return the tag that keeps a page with `embedded` from loading or running anything else."""
+    return policy_tag(content_policy(f"\n{element_script()}", beside=False))
 
 
 def export_site(
@@ -180,7 +188,8 @@ def _site_page(
     return page_with(
         {
             **_styled(posters),
-            TITLE: f"<title>{title}</title>\n"
+            TITLE: f"{policy_tag(content_policy(preload_script(), REGISTER))}\n"
+            f"    <title>{title}</title>\n"
             f'    <meta property="og:title" content="{title}" />\n'
             f'    <meta property="og:image" content="{html.escape(url)}poster.jpg" />\n'
             f"{PREVIEW.format(html.escape(url)) if url else ''}"
@@ -188,7 +197,7 @@ def _site_page(
             LINK: f'{LINK_ICON}\n    <link rel="apple-touch-icon" href="icon.png" />',
             ELEMENT: f'<mobile-gs src="{name}?{_digest(files[name])}"{attributes} '
             f'poster="{poster}"></mobile-gs>',
-            SCRIPT: f"{script_tags('viewer.js')}\n    {REGISTER}",
+            SCRIPT: f"{script_tags('viewer.js')}\n    <script>{REGISTER}</script>",
         }
     )
 

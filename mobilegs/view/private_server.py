@@ -14,13 +14,6 @@ from typing import Any
 from mobilegs.errors import InputError
 from mobilegs.view.serve import BoundedServer, Handler, names_this_machine
 
-SECURITY = {
-    "Referrer-Policy": "no-referrer",  # the address has the token
-    "Content-Security-Policy": "frame-ancestors 'none'",
-    "Cross-Origin-Resource-Policy": "same-origin",
-    "Cross-Origin-Opener-Policy": "same-origin",
-}
-
 
 class PrivateServer(BoundedServer):
     """A server whose addresses begin with a token.
@@ -111,8 +104,7 @@ class PrivateHandler(Handler):
         self._answer(kind, body, {"Cache-Control": "no-store", **(headers or {})}, status)
 
     def end_headers(self) -> None:
-        for name, value in SECURITY.items():
-            self.send_header(name, value)
+        self.send_header("Cross-Origin-Opener-Policy", "same-origin")
         super().end_headers()
 
     def _asked(self) -> str | None:

@@ -12,7 +12,7 @@ from mobilegs.errors import InputError
 from mobilegs.train.run_dir import RunDir
 from mobilegs.train.state_file import STATE_ERRORS
 from mobilegs.view.assets import escaped
-from mobilegs.view.export import HTML_MAX, embedded, title_of
+from mobilegs.view.export import HTML_MAX, embedded, embedded_policy, title_of
 from mobilegs.view.poster import data_url, jpeg, posters_of
 from mobilegs.view.serve import validate_scene_file
 
@@ -77,6 +77,7 @@ def _page(run_dir: RunDir) -> str:
     return (
         '<!doctype html>\n<html lang="en">\n  <head>\n    <meta charset="utf-8" />\n'
         '    <meta name="viewport" content="width=device-width, initial-scale=1" />\n'
+        f"    {embedded_policy()}\n"
         f"    <title>{title}</title>\n    <style>{STYLE}    </style>\n  </head>\n"
         f"  <body>\n    {body}\n  </body>\n</html>\n"
     )

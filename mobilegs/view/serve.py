@@ -1,6 +1,7 @@
 """A web server for the viewer and a scene, for this machine or the local network."""
 
 import gzip
+import io
 import ipaddress
 import logging
 import socket
@@ -26,8 +27,10 @@ from mobilegs.view.assets import (
     SCRIPT,
     SCRIPTS,
     TITLE,
+    content_policy,
     escaped,
     index_page,
+    preload_script,
     script,
     script_tags,
     version_of,
@@ -40,6 +43,12 @@ CONNECTIONS_MAX = 256
 BUSY_SECONDS = 0.1  # of waiting where the system gives no connection
 UNDECODED = "surrogateescape"  # file names may be any bytes
 SUFFIXES = (".mgs", ".ply", ".spz")
+# headers of every answer
+SECURITY = {
+    "X-Content-Type-Options": "nosniff",
+    "Referrer-Policy": "no-referrer",  # addresses may have a token
+    "Cross-Origin-Resource-Policy": "same-origin",
+}
 CONVERT_HINT = " (`mobilegs export --to ply` converts scenes of other tools)"
 log = logging.getLogger(__name__)
 
@@ -161,13 +170,46 @@ class Server(BoundedServer):
         return "/?" + "&".join(f"{name}={value}" for name, value in options)
 
 
+class TimedReader(io.RawIOBase):
+    """What a connection receives; reading raises TimeoutError at a deadline, however slow it is."""
+
+    def __init__(self, connection: socket.socket, seconds: float) -> None:
+        """Read from `connection`, for `seconds` after each `restart`."""
+        self._connection, self._seconds = connection, seconds
+        self.restart()
+
+    def restart(self) -> None:
+        """Put the deadline off, for another request."""
+        self._deadline = time.monotonic() + self._seconds
+
+    def readable(self) -> bool:
+        return True
+
+    def readinto(self, buffer: Any) -> int:
+        self._connection.settimeout(max(self._deadline - time.monotonic(), 1e-3))
+        try:
+            return self._connection.recv_into(buffer)
+        finally:
+            self._connection.settimeout(self._seconds)  # of writing
+
+
 class Handler(BaseHTTPRequestHandler):
     """Answers the requests of one connection."""
 
     server: Server  # pyright: ignore[reportIncompatibleVariableOverride]
     protocol_version = "HTTP/1.1"
     disable_nagle_algorithm = True  # the body of an answer would wait for the head's receipt
-    timeout = 60.0  # seconds without a byte, after which a connection ends
+    timeout = 60.0  # seconds until a request must have arrived, or the connection ends
+
+    def setup(self) -> None:
+        super().setup()
+        self.rfile.close()
+        self._received = TimedReader(self.connection, self.timeout)
+        self.rfile = io.BufferedReader(self._received)
+
+    def handle_one_request(self) -> None:
+        self._received.restart()
+        super().handle_one_request()
 
     def do_GET(self) -> None:
         if not names_this_machine(self.headers.get("Host", "localhost")):  # browsers send one
@@ -251,11 +293,20 @@ class Handler(BaseHTTPRequestHandler):
             "Content-Length": str(size),
             "Cache-Control": "no-cache",
             "Vary": "Accept-Encoding",
-            "X-Content-Type-Options": "nosniff",
         }
         for name, value in {**usual, **(headers or {})}.items():
             self.send_header(name, value)
         self.end_headers()
+
+    def end_headers(self) -> None:
+        policy = f"{self.policy()}; frame-ancestors 'none'"
+        for name, value in {**SECURITY, "Content-Security-Policy": policy}.items():
+            self.send_header(name, value)
+        super().end_headers()
+
+    def policy(self) -> str:
+        """Return the Content-Security-Policy of pages."""
+        return content_policy(preload_script())
 
     def handle(self) -> None:
         try:

@@ -36,7 +36,7 @@ class Start:
     @property
     def text(self) -> str:
         """The note: eye, target and box as eight numbers."""
-        return _text([*self.eye, *self.target, *self.box])
+        return written([*self.eye, *self.target, *self.box])
 
 
 @dataclass(frozen=True)
@@ -64,7 +64,7 @@ class Limits:
     @property
     def text(self) -> str:
         """The note: pivot, pan, nearest and farthest as six numbers, then the elevations."""
-        ends = _text([*self.pivot, self.pan, self.nearest, self.farthest])
+        ends = written([*self.pivot, self.pan, self.nearest, self.farthest])
         return f"{ends} {' '.join(f'{angle:.0f}' for angle in self.elevations.flatten())}"
 
     @property
@@ -232,7 +232,8 @@ def _numbers(text: object, count: int) -> np.ndarray | None:
     return np.array([float(word) for word in words])
 
 
-def _text(numbers: Sequence[float]) -> str:
-    """Return numbers as text, with six significant digits and no exponents."""
-    words = (np.format_float_positional(x, 6, fractional=False, trim="-") for x in numbers)
+def written(numbers: Sequence[float | int]) -> str:
+    """Return numbers as text, with six significant digits, 12 decimals and no exponents."""
+    rounded = (round(float(x), 12) for x in numbers)
+    words = (np.format_float_positional(x, 6, fractional=False, trim="-") for x in rounded)
     return " ".join(words)

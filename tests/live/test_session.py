@@ -1,11 +1,9 @@
 """The live view of a training: frames in a browser, and no influence on the result."""
 
-import http.client
 import io
 import json
 import os
 import signal
-import threading
 import time
 from collections.abc import Callable, Iterator
 from dataclasses import replace
@@ -17,7 +15,6 @@ import pytest
 import torch
 from PIL import Image
 
-from mobilegs.camera import Camera
 from mobilegs.data.dataset import Dataset, load_view
 from mobilegs.errors import InputError
 from mobilegs.evaluate.metrics import to_bytes
@@ -29,18 +26,15 @@ from mobilegs.live.frames import (
     side_by_side,
     view_psnr,
 )
-from mobilegs.live.page import FORGET_SECONDS, MODES, VISITORS_MAX, Page, Visitor
-from mobilegs.live.session import LiveSession
+from mobilegs.live.page import FORGET_SECONDS, MODES, Page, Visitor
 from mobilegs.pipeline.options import TrainRun
 from mobilegs.pipeline.train import train_capture
 from mobilegs.progress_display import printed_log
 from mobilegs.train.monitor import Monitor
-from mobilegs.train.run_dir import StopRequest
-from mobilegs.train.stage import view_order
-from mobilegs.train.teacher.densify import DensifyConfig
+from mobilegs.train.recipes import with_settings
 from mobilegs.train.teacher.trainer import Teacher, TeacherConfig
 from tests.support.browser import Chromium
-from tests.support.live import browser_at
+from tests.support.live import Training, browser_at, wishes
 from tests.support.runs import RECIPE
 from tests.support.tiny import CPU, cameras
 
@@ -147,160 +141,7 @@ def test_by_default_only_this_machine_can_connect() -> None:
     assert parse_address(ADDRESS)[0] == "127.0.0.1"
 
 
-# --- hostile browsers
-
-
-class Client:
-    """A browser that speaks HTTP by hand."""
-
-    def __init__(self, page: Page) -> None:
-        self.page = page
-        self.host = f"127.0.0.1:{page.server_port}"
-
-    def ask(
-        self, method: str, path: str, body: bytes | None = None, **headers: str | None
-    ) -> tuple[int, bytes]:
-        """Send one request; headers of None are left out."""
-        given: dict[str, str | None] = {"Host": self.host}
-        if method == "POST":
-            given |= {"Origin": f"http://{self.host}", "Content-Type": "application/json"}
-            given["Content-Length"] = str(len(body or b""))
-        given |= {name.replace("_", "-"): value for name, value in headers.items()}
-        connection = http.client.HTTPConnection("127.0.0.1", self.page.server_port, timeout=20)
-        connection.putrequest(method, path, skip_host=True, skip_accept_encoding=True)
-        for name, value in given.items():
-            if value is not None:
-                connection.putheader(name, value)
-        connection.endheaders(body)
-        answer = connection.getresponse()
-        found = answer.status, answer.read()
-        connection.close()
-        return found
-
-    def post(self, asked: str, content: Any) -> tuple[int, bytes]:
-        """Post something as JSON, as the page does."""
-        return self.ask("POST", self.page.path + asked, json.dumps(content).encode())
-
-
-def wishes(camera: Camera, **other: Any) -> dict[str, Any]:
-    """Return the message that the page posts for a frame."""
-    browser = browser_at(camera, width=40, height=30)
-    own = {"visitor": 1, "seen": 0, "mode": "render", "viewmat": list(browser.viewmat)}
-    return own | {"focal": browser.focal, "width": 40, "height": 30} | other
-
-
-@pytest.fixture
-def page(dataset: Dataset) -> Iterator[Page]:
-    """A page without a training."""
-    made = Page("127.0.0.1", 0, dataset)
-    yield made
-    made.close()
-
-
-def test_only_people_with_the_address_reach_the_training(page: Page) -> None:
-    client, body = Client(page), json.dumps(wishes(cameras()[0])).encode()
-    look = f"{page.path}look"
-    assert client.ask("GET", page.path)[0] == 200
-    assert client.ask("POST", look, body)[0] == 200
-    for path in ("/", "/look", "/wrong/", "//", f"{page.path}../x", f"{page.path}viewer.js"):
-        assert client.ask("GET", path)[0] == 404
-    for host in ("evil.example", "evil.example:80", "", None, "127.0.0.1.evil.example"):
-        assert client.ask("GET", page.path, Host=host)[0] == 403
-        assert client.ask("POST", look, body, Host=host, Origin=f"http://{host}")[0] == 403
-    for origin in (None, "null", "http://evil.example", "http://127.0.0.1:1"):
-        assert client.ask("POST", look, body, Origin=origin)[0] == 403
-        assert client.ask("POST", f"{page.path}pause", b'{"paused":true}', Origin=origin)[0] == 403
-    assert client.ask("POST", look, body, Content_Type="text/plain")[0] == 415
-    assert client.ask("POST", look, body, Content_Length=None)[0] == 411
-    assert client.ask("POST", look, body, Content_Length="9" * 9)[0] == 413
-    assert not page.paused and len(page.visitors()) == 1
-
-
-BIG = 10**400
-WRONG: list[dict[str, Any]] = [
-    *({"viewmat": value} for value in (None, [], [1, 2], [0] * 16, [1e300] * 16, ["1"] * 16, {})),
-    *({"viewmat": [*np.eye(4).flatten().tolist()[:15], value]} for value in (2, True, None, BIG)),
-    *({"focal": value} for value in (0, -1, 1e-9, 1e9, None, "30", BIG, [30])),
-    *({"width": value} for value in (0, -1, 1.5, 10**12, BIG, None, True, "40", 8000)),
-    *({"height": value} for value in (0, -1, 10**12, BIG, None, 8000)),
-    *({"mode": value} for value in (None, 0, "", "Render", ["render"], {})),
-    *({"visitor": value} for value in (None, -1, 0.5, "1", BIG, [1])),
-    *({"seen": value} for value in (None, -1, "1")),
-]
-
-
-def test_what_the_page_does_not_send_is_refused(page: Page) -> None:
-    client = Client(page)
-    faults = []
-    for change in WRONG:
-        status, body = client.post("look", wishes(cameras()[0], **change))
-        if status != 400 or not json.loads(body)["error"]:
-            faults.append((change, status, body))
-    assert not faults
-    for body in (b"", b"x", b"[" * 4000, b"NaN", b"\xff", b"null", b"[]", b'"look"', b"1e999"):
-        assert client.ask("POST", f"{page.path}look", body)[0] == 400
-    nan = json.dumps(wishes(cameras()[0], focal=float("nan"))).encode()
-    assert client.ask("POST", f"{page.path}look", nan)[0] == 400
-    for paused in (None, 0, "yes", []):
-        assert client.post("pause", {"paused": paused})[0] == 404
-    assert not page.visitors() and not page.paused and not page.changed.is_set()
-
-
-def test_a_crowd_is_limited_and_forgotten(dataset: Dataset) -> None:
-    now = [0.0]
-    page = Page("127.0.0.1", 0, dataset, clock=lambda: now[0])
-    try:
-        ask = [page.look(wishes(cameras()[0], visitor=number)) for number in range(VISITORS_MAX)]
-        assert all(frame is None for _, frame in ask)
-        with pytest.raises(InputError, match="already"):
-            page.look(wishes(cameras()[0], visitor=99))
-        now[0] += FORGET_SECONDS + 1
-        assert page.visitors() == []
-        page.look(wishes(cameras()[0], visitor=99))
-    finally:
-        page.close()
-
-
-def message(noise: np.random.Generator) -> dict[str, Any]:
-    """A message: half are valid, from anywhere, of any size; the others have a wrong field."""
-    size = noise.integers(200, 8000, 2).clip(max=1200 if noise.random() < 0.9 else 8192)
-    asked = wishes(
-        cameras()[int(noise.integers(4))],
-        visitor=int(noise.integers(12)),
-        mode=MODES[noise.integers(len(MODES))],
-        seen=int(noise.integers(50)),
-        width=int(size[0]),
-        height=int(size[1]),
-    )
-    turn = np.linalg.qr(noise.standard_normal((3, 3)))[0]
-    place = noise.standard_normal((3, 1)) * 10 ** noise.uniform(-3, 11)
-    asked["viewmat"] = [*np.hstack([turn, place]).flatten().tolist(), 0, 0, 0, 1]
-    asked["focal"] = asked["height"] * float(10 ** noise.uniform(-1.2, 1.6))
-    if noise.random() < 0.5:
-        values = [None, -1, 1e308, BIG, "x", [], {}, float("nan"), "sorted"]
-        asked[list(asked)[noise.integers(len(asked))]] = values[noise.integers(len(values))]
-    return asked
-
-
-@pytest.mark.thorough
-def test_a_training_with_a_thousand_random_messages_has_the_same_result(
-    dataset: Dataset, tmp_path: Path
-) -> None:
-    noise, statuses, drawn = np.random.default_rng(0), [], 0
-    attacked = Training(dataset, tmp_path / "attacked")
-    for number in range(1000):
-        statuses.append(attacked.client.post("look", message(noise))[0])
-        if number % 100 == 99:
-            drawn += sum(visitor.frames for visitor in attacked.visitors())
-    steps = attacked.stage.done
-    attacked.close()
-    steps, scene = attacked.stage.done, attacked.stage.gaussians().tensors()
-    assert {*statuses} == {200, 400} and statuses.count(200) > 300 and drawn > 100
-    quiet = Training(dataset, tmp_path / "quiet", last=steps)
-    quiet.join()
-    alone = quiet.stage.gaussians().tensors()
-    quiet.close()
-    assert all(torch.equal(scene[name], alone[name]) for name in scene)
+# --- several browsers, and photos
 
 
 def test_a_photo_that_is_gone_does_not_end_the_training(
@@ -327,6 +168,59 @@ def test_a_photo_that_is_gone_does_not_end_the_training(
         training.close()
 
 
+def test_a_pause_that_nobody_watches_is_said_once(
+    dataset: Dataset, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    training = Training(dataset, tmp_path)
+    said: list[str] = []
+    monkeypatch.setattr(training.monitor, "note", said.append)
+    try:
+        end = time.monotonic() + 60
+        training.page.look(wishes(cameras()[0]))
+        training.page.pause(True)
+        while not training.changed.waits and time.monotonic() < end:
+            time.sleep(0.01)
+        assert not said
+        training.page.clock = lambda: time.monotonic() + FORGET_SECONDS + 1
+        while not said and time.monotonic() < end:
+            time.sleep(0.01)
+        waits = training.changed.waits
+        while training.changed.waits < waits + 3:
+            time.sleep(0.01)
+        assert len(said) == 1 and training.page.address in said[0]
+    finally:
+        training.close()
+
+
+def test_large_photos_are_reduced(
+    dataset: Dataset, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("mobilegs.live.session.PIXELS_MAX", 200)  # of 24 x 24
+    training = Training(dataset, tmp_path)
+    try:
+        for mode, shape in (("photo", (12, 12, 3)), ("photo | render | error", (12, 48, 3))):
+            image, said = training.live._photo_image(training.stage.scene(), mode, 0, 9.0)
+            assert image.shape == shape and "reduced" in said[training.names[0]]
+    finally:
+        training.close()
+
+
+@pytest.mark.thorough
+def test_photos_are_seen_from_their_refined_poses(
+    capture: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    shown: list[Dataset] = []
+    monkeypatch.setattr(Page, "show", lambda page, dataset: shown.append(dataset))
+    recipe = with_settings(RECIPE, ["teacher.pose.learned=true"])
+    run = TrainRun(capture, tmp_path / "run", live=True, live_at=FREE_PORT)
+    train_capture(run, recipe=recipe)
+    poses = json.loads((run.output / "poses.json").read_text("utf-8"))["train"]
+    before, after = shown
+    for first, frame in zip(before.train, after.train, strict=True):
+        assert frame.camera.viewmat.tolist() == poses[frame.name]
+        assert not torch.equal(first.camera.viewmat, frame.camera.viewmat)
+
+
 def test_a_browser_at_rest_does_not_keep_another_from_moving(
     dataset: Dataset, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -347,60 +241,6 @@ def test_a_browser_at_rest_does_not_keep_another_from_moving(
 
 
 # --- in the browser
-
-
-class CountedEvent(threading.Event):
-    """An event that counts how often somebody waited for it."""
-
-    waits = 0
-
-    def wait(self, timeout: float | None = None) -> bool:
-        self.waits += 1
-        return super().wait(timeout)
-
-
-class Training:
-    """A teacher that trains slowly, with a live view, in its own thread until `close`."""
-
-    def __init__(self, dataset: Dataset, folder: Path, last: int = 1_000_000) -> None:
-        fixed = TeacherConfig(steps=1_000_000, densify=DensifyConfig(strategy="fixed"))
-        self.last = last
-        self.stage = Teacher(fixed, dataset, seed=0, device=CPU)
-        self.page = Page("127.0.0.1", 0, dataset)
-        self.client = Client(self.page)
-        self.page.changed = self.changed = CountedEvent()
-        self.monitor = Monitor(folder / "log", [], {}, silent=True)
-        self.monitor.begin(self.stage)
-        self.live = LiveSession(self.page, dataset, self.monitor)
-        self.stop = StopRequest()
-        self.dataset, self.near = dataset, dataset.near
-        self.names = [frame.name for frame in dataset.train]
-        self._closed = threading.Event()
-        self._thread = threading.Thread(target=self._train)
-        self._thread.start()
-
-    def visitors(self) -> list[Visitor]:
-        return self.page.visitors()
-
-    def join(self) -> None:
-        """Wait for the last step."""
-        self._thread.join()
-
-    def close(self) -> None:
-        self.stop.requested = True
-        self._closed.set()
-        self._thread.join()
-        self.page.close()
-
-    def _train(self) -> None:
-        frames = self.dataset.train
-        while not self.stop and self.stage.done < self.last:
-            [index] = view_order(len(frames), self.stage.done, 1, 0)
-            self.monitor.after_step(
-                self.stage, self.stage.advance([(index, load_view(frames[index]))])
-            )
-            self.live.after_step(self.stage, self.stop)
-            self._closed.wait(0.01)  # leaves time for the server's threads
 
 
 @pytest.fixture
@@ -477,11 +317,6 @@ def test_the_browser_shows_the_scene_of_the_training(training: Training, browser
 def test_people_move_the_camera_and_go_to_photos(training: Training, browser: Any) -> None:
     places = training.page.cameras.positions
 
-    def is_at(index: int) -> Callable[[], bool]:
-        return lambda: bool(
-            torch.allclose(training.visitors()[0].camera.position, places[index], atol=1e-3)
-        )
-
     first = training.visitors()[0].camera
     for mode in (*MODES[1:], MODES[0]):
         browser.get_by_label("Show").select_option(mode)
@@ -494,16 +329,39 @@ def test_people_move_the_camera_and_go_to_photos(training: Training, browser: An
     until(browser, lambda: training.visitors()[0].camera.position.allclose(first.position) is False)
     for _ in range(2):  # the same photo twice
         browser.get_by_label("Go to photo").select_option(training.names[3])
-        until(browser, is_at(3))
+        until(browser, lambda: is_at(training, places[3]))
         browser.get_by_role("button", name="Go back to the start").click()
-        until(browser, is_at(0))
+        until(browser, lambda: is_at(training, places[0]))
     browser.mouse.move(300, 450)
     browser.mouse.wheel(0, 300)
-    until(browser, lambda: not is_at(0)())
+    until(browser, lambda: not is_at(training, places[0]))
     browser.wait_for_timeout(1000)  # until the page knows what is nearest
     browser.get_by_role("button", name="Go to the nearest photo").click()
     nearest = training.page.cameras.nearest(training.visitors()[0].camera)
-    until(browser, is_at(nearest))
+    until(browser, lambda: is_at(training, places[nearest]))
+
+
+def test_the_lists_work_by_keyboard(training: Training, browser: Any) -> None:
+    modes, photos = browser.get_by_label("Show"), browser.get_by_label("Go to photo")
+    modes.focus()
+    for mode in MODES[1:3]:
+        browser.keyboard.press("ArrowDown")
+        until(browser, lambda mode=mode: training.visitors()[0].mode == mode)
+    photos.focus()
+    places = training.page.cameras.positions
+    for index in range(4):
+        browser.keyboard.press("ArrowDown")
+        until(browser, lambda index=index: is_at(training, places[index]))
+    assert photos.evaluate("(list) => list.selectedIndex") == 4
+    browser.get_by_label("the scene in training").focus()
+    browser.keyboard.press("ArrowLeft")  # the camera leaves the photo
+    until(browser, lambda: not is_at(training, places[3]))
+    assert photos.evaluate("(list) => list.selectedIndex") == 0
+
+
+def is_at(training: Training, place: torch.Tensor) -> bool:
+    """Return True if the browser's camera is at a place."""
+    return bool(torch.allclose(training.visitors()[0].camera.position, place, atol=1e-3))
 
 
 def test_a_click_on_a_camera_goes_to_its_photo(training: Training, browser: Any) -> None:
@@ -544,16 +402,17 @@ def test_photo_modes_show_the_nearest_photo(training: Training, browser: Any) ->
 def test_names_of_photos_are_text_and_nothing_comes_from_the_internet(
     dataset: Dataset, tmp_path: Path, chromium: Chromium
 ) -> None:
-    name = "<img src=x onerror=window.attacked=1>.png"
+    name = "<img src=x onerror=window.attacked=1>\u202e.png"
+    shown = name.replace("\u202e", r"\u202e")
     named = replace(dataset, name=name, train=[replace(f, name=name) for f in dataset.train])
     training, page, requested = Training(named, tmp_path), chromium.foreign(), []
     try:
         page.on("request", lambda request: requested.append(request.url))
         page.goto(training.page.address)
         page.get_by_label("Show").select_option("photo")
-        page.locator("dt", has_text=name).wait_for()
+        page.locator("dt", has_text=shown).wait_for()
         page.wait_for_timeout(300)
-        assert page.evaluate("window.attacked") is None and name in page.title()
+        assert page.evaluate("window.attacked") is None and shown in page.title()
         own = (training.page.address, "data:", "blob:")
         assert not [url for url in requested if not url.startswith(own)]
     finally:

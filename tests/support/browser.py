@@ -2,7 +2,9 @@
 
 import json
 import threading
+import time
 from collections.abc import Iterator
+from functools import partial
 from http import HTTPStatus
 from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
 from pathlib import Path
@@ -114,6 +116,25 @@ class Handler(BaseHTTPRequestHandler):
         self.wfile.write(body)
 
 
+def polled(
+    place: Any, expression: str, *, arg: Any = None, timeout: float = 30_000, **_: Any
+) -> Any:
+    """Wait until an expression, or the result of a function, is true, and return its handle.
+
+    In a page or a frame, as playwright's `wait_for_function`: a page's policy forbids that one.
+    """
+    from playwright.sync_api import TimeoutError
+
+    end = time.monotonic() + timeout / 1000
+    while True:
+        handle = place.evaluate_handle(expression, arg)
+        if handle.evaluate("(found) => Boolean(found)"):
+            return handle
+        if time.monotonic() > end:
+            raise TimeoutError(f"this did not become true: {expression}")
+        place.wait_for_timeout(20)
+
+
 class Tab:
     """A page of the test server, which opens blank.
 
@@ -130,6 +151,7 @@ class Tab:
         self.complaints: list[str] = []
         self._ignored: list[str] = list(MEANT)
         self._server = server
+        page.wait_for_function = partial(polled, page)
         page.on("console", lambda message: self._hear(message.type, message.text))
         page.on("pageerror", lambda error: self._hear("error", str(error)))
         page.goto(f"{server.address}/blank.html")

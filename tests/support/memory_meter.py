@@ -11,11 +11,12 @@ class MemoryMeter:
 
     def start(self) -> None:
         RESET.write_text("5")
-        self.before = self._read("VmRSS")
+        self.before = self.read("VmRSS")
 
     def peak(self) -> int:
         """Return the peak in bytes."""
-        return self._read("VmHWM") - self.before
+        return self.read("VmHWM") - self.before
 
-    def _read(self, name: str) -> int:
+    def read(self, name: str) -> int:
+        """Return a figure of the process in bytes, such as VmRSS."""
         return int(STATUS.read_text().split(name + ":", 1)[1].split(None, 1)[0]) << 10

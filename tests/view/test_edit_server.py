@@ -19,6 +19,7 @@ from mobilegs.mgs.codec import decode_mgs, encode_mgs, read_mgs
 from mobilegs.mgs.quantized_scene import scenes_equal
 from mobilegs.view.assets import editor_script, script
 from mobilegs.view.edit_server import SETTINGS_MAX, EditServer, edit_from_page
+from mobilegs.viewpoints.framing import parsed_start
 from tests.support.viewer_page import MGS
 
 JSON = "application/json"
@@ -83,7 +84,8 @@ def test_the_page_and_its_files_are_served_under_the_token(server: EditServer) -
     status, headers, body = ask(server, "GET", server.path)
     assert status == 200 and b'src="edit.js"' in body and b'<mobile-gs src="scene"' in body
     assert headers["Referrer-Policy"] == "no-referrer"
-    assert "frame-ancestors 'none'" in headers["Content-Security-Policy"]
+    policy = headers["Content-Security-Policy"]
+    assert "frame-ancestors 'none'" in policy and "script-src 'self' 'sha256-" in policy
     assert ask(server, "GET", f"{server.path}scene")[2] == MGS
     assert ask(server, "GET", f"{server.path}viewer.js?1")[2].decode() == script("viewer.js")
     assert ask(server, "GET", f"{server.path}edit.js")[2].decode() == editor_script()
@@ -202,6 +204,10 @@ def test_all_settings_become_notes() -> None:
         "path": "0 0 1 0 0 0;0 1 1 0 0 0",
         "limits": "none",
     }
+    tiny = {"floor": [1, 1e-320, 0, -1.23456e-8], "start": [1, 1e-9, 0, 0, 0, 1e-20, 1, 1]}
+    noted = edit_from_page(tiny, COUNT).notes
+    assert noted["floor"] == "1 0 0 -0.000000012346"  # as many decimals as readers take
+    assert parsed_start(noted["start"]) is not None
     assert edit_from_page({"path": [], "annotations": []}, COUNT).notes == {
         "path": "",
         "annotations": "",
@@ -223,7 +229,13 @@ def test_all_settings_become_notes() -> None:
         {"up": [0, 0, float("nan")]},
         {"start": [0] * 8},
         {"start": [1, 0, 0, 0, 0, 0, 0, 1]},
+        {"up": [0, 1e-320, 0]},
+        {"start": [1, 0, 0, 1, 1e-320, 0, 1, 1]},
+        {"start": [1, 0, 0, 0, 0, 0, 1e-320, 1]},
         {"floor": [0, 0, 0, 1]},
+        {"floor": [1e-320, 0, 0, 1]},
+        {"floor": [1e-8, 0, 0, 1e11]},
+        {"path": [[0, 0, 0, 1e-320, 0, 0], [0, 1, 1, 0, 0, 0]]},
         {"annotations": "[]"},
         {"path": [[0] * 6]},
         {"removed": 3},

@@ -13,7 +13,7 @@ from mobilegs.render.scene import Scene
 from mobilegs.scene_file import open_scene
 from mobilegs.view import notebook
 from mobilegs.view.export import export_html, title_of
-from tests.support.browser import Chromium
+from tests.support.browser import Chromium, polled
 from tests.support.tiny import blobs
 from tests.support.viewer_page import MGS, SETTLED
 
@@ -63,5 +63,5 @@ def test_the_frame_shows_the_scene_in_a_browser(chromium: Chromium, file: Path) 
     tab = chromium.tab()
     tab.page.set_content(f"<!doctype html>{open_scene(file)._repr_html_()}")
     frame = tab.page.frames[1]
-    assert frame.wait_for_function(SETTLED, timeout=60_000).json_value() == "loaded"
+    assert polled(frame, SETTLED, timeout=60_000).json_value() == "loaded"
     tab.page.close()

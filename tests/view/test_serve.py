@@ -142,6 +142,45 @@ def test_a_client_that_says_nothing_is_let_go(
         assert connection.recv(1) == b""
 
 
+def test_a_client_that_sends_a_byte_now_and_then_is_let_go(
+    server: Server, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(Handler, "timeout", 0.5)
+    begin = time.monotonic()
+    with socket.create_connection(("127.0.0.1", server.server_port), timeout=20) as connection:
+        with pytest.raises(ConnectionError):
+            while time.monotonic() < begin + 20:
+                connection.sendall(b"G")
+                time.sleep(0.1)
+    assert time.monotonic() < begin + 10
+
+
+def test_a_connection_is_kept_while_its_requests_come_in_time(
+    server: Server, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(Handler, "timeout", 1.0)
+    connection = http.client.HTTPConnection("127.0.0.1", server.server_port, timeout=20)
+    connection.connect()
+    own = connection.sock
+    for _ in range(4):
+        time.sleep(0.4)
+        connection.request("GET", "/scene")
+        assert len(connection.getresponse().read()) == 256 * 12_000
+    assert connection.sock is own
+    connection.close()
+
+
+@pytest.mark.parametrize("path", ["/", "/?url=/scene", "/scene", "/viewer.js", "/gone", "//["])
+def test_every_answer_has_the_headers_that_protect_it(server: Server, path: str) -> None:
+    _, headers, _ = get(server, path)
+    assert headers["X-Content-Type-Options"] == "nosniff"
+    policy = headers["Content-Security-Policy"]
+    for directive in ("default-src 'none'", "connect-src 'self'", "frame-ancestors 'none'"):
+        assert directive in policy.split("; ")
+    [scripts] = re.findall(r"script-src ([^;]*);", policy)
+    assert re.fullmatch(r"'self' 'sha256-[\w+/=]{44}' 'wasm-unsafe-eval'", scripts)
+
+
 def test_head_requests_get_headers_only(server: Server) -> None:
     for path in ("/scene", "/?url=/scene", "/nothing"):
         connection = http.client.HTTPConnection("127.0.0.1", server.server_port, timeout=20)
@@ -236,7 +275,7 @@ def test_the_root_redirects_to_the_scene(server: Server) -> None:
     assert headers["Location"] == "/?url=/scene"
     assert server.address("host").endswith(headers["Location"])
     status, headers, body = get(server, headers["Location"])
-    assert status == 200 and b"<mobile-gs>" in body
+    assert status == 200 and b"<mobile-gs linkable>" in body
     assert headers["Content-Type"].startswith("text/html")
     status, headers, _ = get(server, "/?bench=60,640x360&noui")
     assert status == 302

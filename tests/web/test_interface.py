@@ -415,13 +415,18 @@ def test_the_page_is_dark_from_the_first_paint(tab: Tab, served: Any, state: str
 
 
 def test_title_and_credit_come_from_the_file_or_the_attributes(tab: Tab, served: Any) -> None:
-    noted = replace(decode_mgs(MGS), meta={"title": "A <b>pond</b>", "credit": "Ada, CC BY 4.0"})
+    meta = {"title": "A <b>pond</b>", "credit": "Ada, \u202eCC BY 4.0"}
+    meta["annotations"] = '[{"at": [0, 0, 0], "text": "fish \u202e"}]'
+    noted = replace(decode_mgs(MGS), meta=meta)
     visit(tab, served("scene.mgs", encode_mgs(noted)))
     title = tab.page.locator("mobile-gs .title")
-    assert title.inner_text().split("\n") == ["A <b>pond</b>", "Ada, CC BY 4.0"]
+    assert title.inner_text().split("\n") == ["A <b>pond</b>", r"Ada, \u202eCC BY 4.0"]
+    tab.page.locator(r"""mobile-gs .annotations [aria-label="1: fish \\u202e"]""").wait_for(
+        state="attached"
+    )
     tab.page.evaluate("document.querySelector('mobile-gs').setAttribute('heading', 'Mine')")
     frames(tab, 3)
-    assert title.inner_text().split("\n") == ["Mine", "Ada, CC BY 4.0"]
+    assert title.inner_text().split("\n") == ["Mine", r"Ada, \u202eCC BY 4.0"]
 
 
 def test_a_missing_part_of_the_viewer_shows_an_error(tab: Tab, served: Any) -> None:

@@ -1,6 +1,7 @@
 import assert from "node:assert/strict";
 import { test } from "node:test";
 
+import { visible } from "../../viewer/src/viewer/localize.js";
 import * as all from "../../viewer/src/viewer/texts.js";
 
 const { LANGUAGES, en } = all;
@@ -24,4 +25,13 @@ test("no text was left in English", () => {
     const same = Object.entries(all[language]).filter(([name, text]) => text === en[name]);
     assert.deepEqual(same, [], language);
   }
+});
+
+test("characters that turn or hide others are shown as numbers", () => {
+  const cases = {
+    "photo\u202egpj.exe": "photo\\u202egpj.exe",
+    "\u2066a\u2069\x1b[2J\x85\0": "\\u2066a\\u2069\\u001b[2J\\u0085\\u0000",
+    "two\nlines\tעברית\u200f 👩‍🌾 café": "two\nlines\tעברית\u200f 👩‍🌾 café",
+  };
+  for (const [text, shown] of Object.entries(cases)) assert.equal(visible(text), shown);
 });

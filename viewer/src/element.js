@@ -1,35 +1,7 @@
 /**
  * `<mobile-gs src="scene.mgs">`: a scene in any page.
  *
- * Attributes:
- *
- * - `src`: URL of a .mgs, .ply or .spz file
- * - `compare`: URL of a second scene, which a handle uncovers; or `sorted`, the same scene rendered sorted
- * - `renderer`: auto, webgpu or webgl
- * - `variant`: how it renders, instead of the fastest way: floats (or halves) and strips (or batches)
- * - `levels`: large Gaussians are added up in smaller targets, if their least standard deviation there is so
- *   many pixels, 0.6 to 100; `0` draws all at full size; by default 1, or 1.4 without soft edges
- * - `scale`: share of the screen's resolution, instead of one chosen by the frame time
- * - `background`: a CSS colour instead of the scene's own
- * - `fov`: field of view in degrees
- * - `up`: the axis of the scene that points up: x, -x, y, -y, z or -z; by default as the file or its cameras tell
- * - `start` and `start-portrait`: first view on wide and on high screens, in place of the file's notes of these
- *   names, with eight numbers: eye, target, tangents of half the width and height that must be in the picture
- * - `camera`: the camera, in the form of a page's fragment (`eye=x,y,z&at=x,y,z&up=x,y,z`); also a property
- * - `follow`: id of another element, whose camera this one takes
- * - `limits`: limits of the camera in place of the file's note; `free`: none
- * - `autorotate`: rotates the scene until the first input, within the limits
- * - `annotations` and `path`: in place of the file's notes of these names
- * - `autoplay`: follows that path until the first input
- * - `editable`: for the editor (edit.js), which can hide Gaussians and shows annotations itself
- * - `noui`: hides the buttons, the title and the hint
- * - `heading` and `credit`: the scene's title and whom to thank, instead of those in the file
- * - `lang`: language of the interface, instead of that of the page or of the visitor
- * - `poster`: URL of an image to show until the scene appears; empty if a style of the page shows one
- * - `loading`: with the value lazy, loading starts when the element is nearly in sight
- * - `alt`: description of the scene for screen readers
- * - `polite`: the page scrolls by wheel and by one finger; Ctrl and wheel, or two fingers, zoom
- * - `page`: the element is a whole page, whose address names options and the view (in `mobile-gs.js`)
+ * The file viewer/attributes.js lists its attributes.
  *
  * Children with `slot="annotation"` follow the points that their `data-at="x y z"` names (slotted.js).
  *
@@ -44,7 +16,7 @@ import { Chrome } from "./viewer/chrome.js";
 import { Dialogs } from "./viewer/dialogs.js";
 import { listenToFiles, listenToKeys } from "./viewer/element_input.js";
 import { icon } from "./viewer/icons.js";
-import { filled, languageOf, localize, textsOf } from "./viewer/localize.js";
+import { filled, languageOf, localize, textsOf, visible } from "./viewer/localize.js";
 import { applySetting, showSettings } from "./viewer/settings.js";
 import { shareable } from "./viewer/share.js";
 import { poseFromHash, poseToHash } from "./viewer/pose_hash.js";
@@ -574,7 +546,7 @@ export class MobileGs extends (globalThis.HTMLElement ?? Object) {
     const other = this.#other;
     if (side === 1 && (!(await this.#ready) || viewer !== this.viewer || other !== this.#other)) return;
     const address = typeof source === "string" ? source.replace(/[?#].*$/, "") : "scene";
-    const name = source instanceof File ? source.name : address;
+    const name = visible(source instanceof File ? source.name : address);
     this.#loadProgress.begin(side, side === 1 && this.#twice ? `${name}, sorted` : name);
     this.#update();
     try {

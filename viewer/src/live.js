@@ -4,6 +4,7 @@
  * It posts its camera and gets the newest frame, with the state of the training.
  */
 
+import { visible } from "./viewer/localize.js";
 import { Input } from "./viewer/input.js";
 import { Pose, cameraOf } from "./viewer/pose.js";
 
@@ -64,6 +65,7 @@ function moved() {
 /** @param {number} index */
 function goTo(index) {
   pose = poseOf(index);
+  photoList.selectedIndex = index + 1;
   moved();
 }
 
@@ -113,7 +115,7 @@ function say(lines) {
   rows.replaceChildren(
     ...lines.flatMap(([name, value]) => {
       const made = [document.createElement("dt"), document.createElement("dd")];
-      [made[0].textContent, made[1].textContent] = [name, value];
+      [made[0].textContent, made[1].textContent] = [visible(name), visible(value)];
       return made;
     }),
   );
@@ -193,7 +195,10 @@ const input = new Input(canvas, {
   pose: () => pose,
   mode: () => "orbit",
   held: () => {},
-  changed: moved,
+  changed() {
+    photoList.selectedIndex = 0; // the camera is at no photo any more
+    moved();
+  },
   focus: () => {},
 });
 
@@ -210,11 +215,8 @@ pauseButton.onclick = () => void post("pause", { paused: !state?.paused }).catch
 withCameras.onchange = () => (changed = true);
 modes.append(...about.modes.map((name) => new Option(name)));
 modes.onchange = moved;
-photoList.append(...[CHOOSE, ...photos.map(({ name }) => name)].map((name) => new Option(name)));
-photoList.onchange = () => {
-  goTo(photoList.selectedIndex - 1);
-  photoList.selectedIndex = 0; // so that the same photo can be chosen again
-};
+photoList.append(...[CHOOSE, ...photos.map(({ name }) => visible(name))].map((name) => new Option(name)));
+photoList.onchange = () => photoList.selectedIndex && goTo(photoList.selectedIndex - 1);
 one("#nearest").addEventListener("click", () => state && goTo(state.nearest));
 one("#start").addEventListener("click", () => goTo(0));
 

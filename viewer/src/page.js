@@ -8,18 +8,21 @@ import { poseFromHash, poseToHash } from "./viewer/pose_hash.js";
 /** Attributes of the element that URL parameters of the same names set. */
 const ATTRIBUTES =
   "renderer variant levels scale noui poster background fov up start start-portrait limits free autorotate autoplay compare heading credit lang".split(" ");
+/** Those by which a link would put foreign words and pictures into the page. */
+const FOREIGN = ["compare", "poster", "heading", "credit"];
 const QUIET = 400; // milliseconds without a frame before the URL is updated
 
 /** Shows the scene that the address names, or the embedded one, in the page's `<mobile-gs>`. */
 export function startPage() {
   const element = /** @type {import("./element.js").MobileGs} */ (document.querySelector("mobile-gs"));
   const parameters = new URLSearchParams(location.search);
+  const linkable = element.hasAttribute("linkable");
   for (const name of ATTRIBUTES) {
     const value = parameters.get(name);
-    if (value !== null) element.setAttribute(name, value);
+    if (value !== null && (linkable || !FOREIGN.includes(name) || value === "sorted")) element.setAttribute(name, value);
   }
   element.lang ||= navigator.language; // that of the page is its author's
-  const url = parameters.get("url");
+  const [url, ...others] = linkable ? parameters.getAll("url") : [];
   if (url) element.setAttribute("src", url);
   // the element starts in a microtask after this script
   setTimeout(() => {
@@ -59,7 +62,7 @@ export function startPage() {
   const plan = parameters.get("bench");
   if (plan === null) return;
   const loading = loaded(element);
-  void own(import("./viewer/report.js")).then(({ measure }) => measure(element, plan, loading, parameters.getAll("url").slice(1)));
+  void own(import("./viewer/report.js")).then(({ measure }) => measure(element, plan, loading, others));
 }
 
 /** The scene that the page embeds. @returns {Blob | null} */

@@ -6,7 +6,8 @@
 import { startLoading } from "./load/scene_worker.js";
 
 const parameters = new URLSearchParams(location.search);
-const source = parameters.get("url") || document.querySelector("mobile-gs")?.getAttribute("src");
+const element = document.querySelector("mobile-gs");
+const source = (element?.hasAttribute("linkable") && parameters.get("url")) || element?.getAttribute("src");
 const webgl = parameters.get("renderer") === "webgl" || !navigator.gpu;
 if (!webgl) globalThis.preloadedAdapter = navigator.gpu.requestAdapter({ powerPreference: "high-performance" });
 // the viewer does the same work later and reports what goes wrong

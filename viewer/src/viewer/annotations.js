@@ -1,6 +1,7 @@
 /** Numbered dots over a scene, whose texts open at a tap; and the start of a file's camera path. */
 
 import { continued, flyTo, parsedPath, play } from "./camera_path.js";
+import { visible } from "./localize.js";
 import { dot, length, minus, plus } from "./vector.js";
 
 /** @typedef {import("./vector.js").Vector} Vector */
@@ -99,7 +100,7 @@ export class Dots {
       const button = document.createElement("button");
       button.type = "button";
       button.textContent = String(i + 1);
-      button.setAttribute("aria-label", `${i + 1}: ${annotation.text.slice(0, 80)}`);
+      button.setAttribute("aria-label", `${i + 1}: ${visible(annotation.text.slice(0, 80))}`);
       button.setAttribute("aria-expanded", "false");
       button.addEventListener("click", () => this.#show(i === this.#open ? -1 : i));
       return { button, annotation };
@@ -126,7 +127,7 @@ export class Dots {
     this.#bubble.hidden = index < 0;
     if (index < 0) return;
     const { at, text, eye } = this.#dots[index].annotation;
-    this.#bubble.textContent = text;
+    this.#bubble.textContent = visible(text);
     const { pose } = this.#viewer;
     const from = eye ?? plus(pose.eye, minus(at, pose.target), 1); // in the same direction
     if (length(minus(at, from)) > 0) flyTo(this.#viewer, this.#input, { eye: from, target: at });

@@ -1,6 +1,7 @@
 /** What lies over the picture: title, hint and icon bar, which fade while nobody uses them. */
 
 import { own } from "../assets.js";
+import { visible } from "./localize.js";
 
 const IDLE_TIME = 4000; // milliseconds
 const HINT_TIME = 7000;
@@ -43,7 +44,7 @@ export class Chrome {
   /** @param {string} heading @param {string} credit */
   setTitle(heading, credit) {
     const title = this.#of("title");
-    const texts = [heading, credit];
+    const texts = [heading, credit].map(visible);
     if (texts.every((text, i) => title.children[i].textContent === text)) return;
     texts.forEach((text, i) => (title.children[i].textContent = text));
     title.hidden = !heading && !credit;

@@ -26,6 +26,14 @@ export async function textsOf(language) {
   }
 }
 
+/**
+ * A text of a file, with characters that nobody sees as numbers: controls, and those that turn the text after them.
+ *
+ * @param {string} text
+ */
+export const visible = (text) =>
+  text.replace(/[\x00-\x08\x0b-\x1f\x7f-\x9f\u2028-\u202e\u2066-\u2069]/g, (each) => `\\u${each.charCodeAt(0).toString(16).padStart(4, "0")}`);
+
 /** A text with values in the place of each `{}`. @param {string} text @param {string[]} values */
 export const filled = (text, ...values) => values.reduce((all, value) => all.replace("{}", () => value), text);
 
