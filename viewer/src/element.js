@@ -12,7 +12,8 @@
  * - `scale`: share of the screen's resolution, instead of one chosen by the frame time
  * - `background`: a CSS colour instead of the scene's own
  * - `fov`: field of view in degrees
- * - `up`: the axis of the scene that points up: x, -x, y, -y, z or -z; by default as the file or its cameras tell
+ * - `up`: the axis of the scene that points up: x, -x, y, -y, z or -z; or the direction `X Y Z` of a scene whose file
+ *   tells none; by default as the file or its cameras tell
  * - `start` and `start-portrait`: first view on wide and on high screens, in place of the file's notes of these
  *   names, with eight numbers: eye, target, tangents of half the width and height that must be in the picture
  * - `camera`: the camera, in the form of a page's fragment (`eye=x,y,z&at=x,y,z&up=x,y,z`); also a property

@@ -10,7 +10,11 @@ import { isPly } from "./file_kind.js";
 
 const HEADER_MAX = 1 << 16;
 const C0 = 0.28209479177387814;
-const [SOLID, FLAT] = [13.8, -69]; // logit of 1 - 1e-6, logarithm of 1e-30
+// the rule of mobilegs/gaussians.py, whose names these are
+const NUMBER_MAX = 1e30;
+const [SQUARE_MIN, SQUARE_MAX] = [1e-24, 1e36];
+const LOG_SCALE_MAX = 69;
+const [LOGIT_MAX, LOG_SCALE_MIN] = [13.8, -69];
 const TYPES = new Map([
   ["char", 1], ["int8", 1], ["uchar", 1], ["uint8", 1], ["short", 2], ["int16", 2], ["ushort", 2],
   ["uint16", 2], ["int", 4], ["int32", 4], ["uint", 4], ["uint32", 4], ["float", 4], ["float32", 4],
@@ -22,7 +26,7 @@ const NEEDED = ["x", "y", "z", "f_dc_0", "f_dc_1", "f_dc_2", "opacity", "scale_0
 NEEDED.push("scale_2", "rot_0", "rot_1", "rot_2", "rot_3");
 
 /**
- * The scene of a whole file; rows with numbers that are not finite are left out.
+ * The scene of a whole file; rows that cannot be drawn are left out.
  *
  * @param {Uint8Array<ArrayBuffer>} bytes
  * @returns {SceneData}
@@ -49,19 +53,9 @@ export function readPly(bytes) {
   const row = new Float32Array(places.length);
   for (let i = 0; i < rows; i++) {
     for (let k = 0; k < row.length; k++) row[k] = view.getFloat32(i * stride + places[k], true);
-    // other tools write infinities for opacities of 1 and scales of 0
-    for (let k = 3; k < 6; k++) if (row[k] === -Infinity) row[k] = FLAT;
-    if (Math.abs(row[10]) === Infinity) row[10] = Math.sign(row[10]) * SOLID;
-    let sum = 0;
-    for (let k = 0; k < row.length; k++) sum += row[k] * 0; // NaN as soon as one is not finite
-    if (sum === 0) addRow(scene, row);
+    addRow(scene, row);
   }
-  const { count } = scene;
-  if (count === rows) return scene;
-  scene.shapes = scene.shapes.slice(0, 12 * count);
-  scene.colors = scene.colors.slice(0, 3 * shSize * count);
-  scene.lobes = scene.lobes.slice(0, 2 * count);
-  return scene;
+  return withoutRoom(scene, rows);
 }
 
 /** A word of the file, for an error message. @param {string | undefined} word */
@@ -86,15 +80,36 @@ export function roomFor(rows, shSize, footprint) {
   };
 }
 
-/** @param {SceneData} scene @param {Float32Array} row */
+/** Return a scene without the memory of the rows that were left out, and report how many. @param {SceneData} scene @param {number} rows of the file */
+export function withoutRoom(scene, rows) {
+  const { count, shSize } = scene;
+  if (count === rows) return scene;
+  console.warn(`left out ${rows - count} of ${rows} Gaussians, which cannot be drawn`);
+  scene.shapes = scene.shapes.slice(0, 12 * count);
+  scene.colors = scene.colors.slice(0, 3 * shSize * count);
+  scene.lobes = scene.lobes.slice(0, 2 * count);
+  return scene;
+}
+
+/** As `Gaussians.can_be_drawn` in mobilegs/gaussians.py; a test compares the two. @param {Float32Array} row */
+function canBeDrawn(row) {
+  const square = row[6] * row[6] + row[7] * row[7] + row[8] * row[8] + row[9] * row[9];
+  if (!(square > SQUARE_MIN && square < SQUARE_MAX && row[10] > -NUMBER_MAX)) return false;
+  for (let k = 3; k < 6; k++) if (!(row[k] < LOG_SCALE_MAX)) return false;
+  for (let k = 0; k < 3; k++) if (!(Math.abs(row[k]) < NUMBER_MAX)) return false;
+  for (let k = 11; k < row.length; k++) if (!(Math.abs(row[k]) < NUMBER_MAX)) return false;
+  return true;
+}
+
+/** Add a Gaussian if it can be drawn. @param {SceneData} scene @param {Float32Array} row mean, log-scales, rotation, logit, harmonics */
 export function addRow(scene, row) {
+  if (!canBeDrawn(row)) return;
+  // other tools write infinities for opacities of 1 and scales of 0
+  if (row[10] > NUMBER_MAX) row[10] = LOGIT_MAX;
+  for (let k = 3; k < 6; k++) if (row[k] < -NUMBER_MAX) row[k] = LOG_SCALE_MIN;
   const [w, x, y, z] = [row[6], row[7], row[8], row[9]];
-  const length = w * w + x * x + y * y + z * z;
-  if (!(length > 0)) return; // not a rotation
-  const s = 2 / length;
+  const s = 2 / (w * w + x * x + y * y + z * z);
   const [a, b, c] = [Math.exp(row[3]), Math.exp(row[4]), Math.exp(row[5])];
-  // larger numbers would overflow later
-  if (!(a + b + c < 1e30 && Math.abs(row[10]) < 1e30)) return;
   const i = scene.count++;
   scene.shapes.set(
     [

@@ -32,19 +32,23 @@ export function applyAttribute(element, viewer, name) {
   if (name === "scale") viewer.scale = number > 0 && number <= 1 ? number : null;
   else if (name === "fov") viewer.fov = number >= 1 && number <= 150 ? number : null;
   else if (name === "background") viewer.background = colorOf(text);
-  else if (name === "up") viewer.up = text;
   else if (name === "autorotate") viewer.turning = text !== null && !matchMedia(STILL).matches;
   else if (name === "camera") {
     const pose = poseFromHash(text ?? "");
     if (pose) viewer.place(pose);
-  } else viewer.given = framingOf(element);
+  } else {
+    if (name === "up") viewer.up = text;
+    viewer.given = framingOf(element);
+  }
   viewer.redraw();
 }
 
-/** The notes of first views and limits that attributes give. @param {HTMLElement} element */
+/** The notes of first views, limits and the upward direction that attributes give. @param {HTMLElement} element */
 function framingOf(element) {
   /** @type {Record<string, string>} */
   const given = {};
+  const up = element.getAttribute("up");
+  if (up !== null) given.up = up; // an axis is no direction here
   for (const name of FRAMING) {
     const text = element.getAttribute(name);
     if (name === "free" && text !== null) given.limits = FREE;
