@@ -18,8 +18,8 @@ NUMBER = r"-?\d{1,12}(\.\d{1,12})?"
 SECTORS = 24  # of limits
 FREE = "none"  # the note `limits` of a scene without limits
 BOX_SHARE = 0.75  # of a camera's picture: screens of another shape show more than the box
-# degrees of azimuth and elevation by which a turn may go beyond the cameras
-BESIDE, ABOVE = 15.0, 10.0
+# degrees of azimuth and elevation by which a turn may go beyond several cameras, or beyond one
+BESIDE, BESIDE_ONE, ABOVE = 25.0, 180 / SECTORS, 10.0
 
 
 @dataclass(frozen=True)
@@ -86,10 +86,11 @@ class Limits:
             for direction, distance in zip(away, distances, strict=True)
             if distance > 0
         ]
+        reach = BESIDE if len(eyes) > 1 else BESIDE_ONE
         elevations = np.tile([90.0, -90.0], (SECTORS, 1))
         for sector in range(SECTORS):
             middle = 360 * (sector + 0.5) / SECTORS
-            near = [high for side, high in angles if abs(azimuth_between(middle, side)) <= BESIDE]
+            near = [high for side, high in angles if abs(azimuth_between(middle, side)) <= reach]
             if near:
                 elevations[sector] = max(-90, min(near) - ABOVE), min(90, max(near) + ABOVE)
         return cls(pivot, 0.0, float(distances.min()), float(distances.max()), elevations)
