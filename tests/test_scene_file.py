@@ -19,6 +19,7 @@ from mobilegs.viewpoints.framing import parsed_framing
 from mobilegs.viewpoints.orbit import orbit_cameras
 from mobilegs.viewpoints.pose import first_pose
 from tests.support.garden import cameras_json, garden
+from tests.support.node import javascript
 from tests.support.random_scenes import random_scene
 
 
@@ -86,6 +87,14 @@ def sheet(path: Path, camera: dict[str, tuple[str, str, list[float]]]) -> Path:
     return path
 
 
+READ_START = """
+const { readPly } = await import(`${process.argv[1]}/load/ply.js`);
+const { readFileSync } = await import("node:fs");
+const { up, notes } = readPly(Uint8Array.from(readFileSync(JSON.parse(process.argv[2]))));
+console.log(JSON.stringify({ up, start: notes?.start ?? null }));
+"""
+
+
 def test_a_ply_with_the_camera_of_its_photo_starts_there(tmp_path: Path) -> None:
     path = sheet(tmp_path / "photo.ply", SHARP)
     scene, [view] = open_with_views(path)
@@ -96,6 +105,11 @@ def test_a_ply_with_the_camera_of_its_photo_starts_there(tmp_path: Path) -> None
     for camera in orbit_cameras(scene, [view], 12, width=64, height=48):
         assert camera.position.norm() < 1.1 and camera.viewmat[2, 1] > 0.9
         assert scene.render(camera).alpha.mean() > 0.9
+    theirs = javascript(READ_START, str(path))
+    assert [float(word) for word in theirs["start"].split()] == pytest.approx(
+        [0, 0, 0, 0, 4, 0, 0.4, 0.3]
+    )
+    assert theirs["up"] == [0, 0, 1]
     export_html(path, tmp_path / "page.html", title="")
     assert ' start="0 0 0 0 4 0 0.4 0.3" up="0.000000 0.000000 1.000000"' in (
         tmp_path / "page.html"
@@ -136,6 +150,7 @@ def test_an_impossible_camera_is_not_used_and_said(
         scene, views = open_with_views(path)
     assert (views, scene.notes, scene.up) == ([], {}, None)
     assert "not used" in caplog.text
+    assert javascript(READ_START, str(path)) == {"up": None, "start": None}
 
 
 @pytest.mark.parametrize("folder", ["", "point_cloud/iteration_7000"])

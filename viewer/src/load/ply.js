@@ -2,6 +2,7 @@
 
 import { CLASSIC } from "../mgs/header.js";
 import { parsedUp } from "../viewer/up.js";
+import { cross, dot } from "../viewer/vector.js";
 import { isPly } from "./file_kind.js";
 
 /** @typedef {import("../render/types.js").Footprint} Footprint */
@@ -15,6 +16,8 @@ const NUMBER_MAX = 1e30;
 const [SQUARE_MIN, SQUARE_MAX] = [1e-24, 1e36];
 const LOG_SCALE_MAX = 69;
 const [LOGIT_MAX, LOG_SCALE_MIN] = [13.8, -69];
+const SIDE_MAX = 1 << 16; // pixels of a photo
+const BOX_SHARE = 0.75; // of a photo, as in mobilegs/viewpoints/framing.py
 const TYPES = new Map([
   ["char", 1], ["int8", 1], ["uchar", 1], ["uint8", 1], ["short", 2], ["int16", 2], ["ushort", 2],
   ["uint16", 2], ["int", 4], ["int32", 4], ["uint", 4], ["uint32", 4], ["float", 4], ["float32", 4],
@@ -32,7 +35,7 @@ NEEDED.push("scale_2", "rot_0", "rot_1", "rot_2", "rot_3");
  * @returns {SceneData}
  */
 export function readPly(bytes) {
-  const { offsets, stride, rows, start, footprint, up } = parseHeader(bytes);
+  const { offsets, stride, rows, start, footprint, up, lines } = parseHeader(bytes);
   const view = new DataView(bytes.buffer, bytes.byteOffset + start);
   const rest = [...offsets.keys()].filter((name) => name.startsWith("f_rest_")).length;
   const shSize = rest / 3 + 1;
@@ -55,7 +58,53 @@ export function readPly(bytes) {
     for (let k = 0; k < row.length; k++) row[k] = view.getFloat32(i * stride + places[k], true);
     addRow(scene, row);
   }
-  return withoutRoom(scene, rows);
+  const own = photoView(lines, view, rows * stride, scene);
+  return withoutRoom({ ...scene, ...own, up: up ?? own?.up ?? null }, rows);
+}
+
+/**
+ * The view of the photo from which Apple's SHARP made a scene: its camera is in elements after the vertices. As
+ * `read_ply_camera` in mobilegs/formats/ply.py and `Start.from_camera`; null without a camera that sees the scene.
+ *
+ * @param {string[][]} lines words of the header's lines
+ * @param {DataView} view the rows of the vertices, and what follows
+ * @param {number} at where that begins
+ * @param {SceneData} scene
+ * @returns {{notes: Record<string, string>, up: Vector} | null}
+ */
+function photoView(lines, view, at, { count, shapes }) {
+  const words = lines.filter(([kind]) => kind === "element" || kind === "property").slice(1);
+  /** @type {Map<string, number[]>} */
+  const values = new Map();
+  for (let i = words.findIndex(([kind]) => kind === "element"); i > 0 && i + 1 < words.length; i += 2) {
+    const [[kind, name, length], [next, type]] = [words[i], words[i + 1]];
+    const size = (TYPES.get(type) ?? NaN) * Number(length);
+    if (kind !== "element" || next !== "property" || !(at + size <= view.byteLength)) return null;
+    const read = (/** @type {unknown} */ _, /** @type {number} */ k) =>
+      type === "uint" ? view.getUint32(at + 4 * k, true) : view.getFloat32(at + 4 * k, true);
+    if (size <= 64 && TYPES.get(type) === 4) values.set(name, Array.from({ length: size / 4 }, read));
+    at += size;
+  }
+  const [viewmat, intrinsic, sides] = ["extrinsic", "intrinsic", "image_size"].map((name) => values.get(name) ?? []);
+  if (viewmat.length !== 16 || intrinsic.length !== 9 || sides.length !== 2) return null;
+  const [right, down, forward] = [0, 4, 8].map((k) => /** @type {Vector} */ (viewmat.slice(k, k + 3)));
+  const [tx, ty, tz] = [viewmat[3], viewmat[7], viewmat[11]];
+  const [x, y] = [sides[0] / (2 * intrinsic[0]), sides[1] / (2 * intrinsic[4])];
+  const turned = cross(right, down).every((part, k) => Math.abs(part - forward[k]) < 1e-3);
+  const level = [right, down].every((axis) => Math.abs(dot(axis, axis) - 1) < 1e-3) && Math.abs(dot(right, down)) < 1e-3;
+  const depths = [];
+  for (let i = 0; i < count; i++) {
+    const mean = /** @type {Vector} */ ([shapes[12 * i + 3], shapes[12 * i + 7], shapes[12 * i + 11]]);
+    const depth = dot(forward, mean) + tz;
+    if (Math.abs(dot(right, mean) + tx) < x * depth && Math.abs(dot(down, mean) + ty) < y * depth) depths.push(depth);
+  }
+  const sized = sides.every((side) => side >= 1 && side <= SIDE_MAX) && [x, y].every((part) => part > 0 && part < 1e3);
+  if (!turned || !level || !sized || !depths.length) return null;
+  const middle = Float32Array.from(depths).sort()[(depths.length - 1) >> 1];
+  const eye = right.map((_, k) => -(right[k] * tx + down[k] * ty + forward[k] * tz));
+  const target = eye.map((part, k) => part + middle * forward[k]);
+  const start = [...eye, ...target, BOX_SHARE * x, BOX_SHARE * y].map((part) => part.toFixed(6)).join(" ");
+  return { notes: { start }, up: /** @type {Vector} */ (down.map((part) => -part)) };
 }
 
 /** A word of the file, for an error message. @param {string | undefined} word */
@@ -126,7 +175,7 @@ export function addRow(scene, row) {
 /**
  * @param {Uint8Array} bytes
  * @returns {{offsets: Map<string, number>, stride: number, rows: number, start: number, footprint: Footprint,
- *   up: Vector | null}}
+ *   up: Vector | null, lines: string[][]}}
  */
 function parseHeader(bytes) {
   const text = new TextDecoder("latin1").decode(bytes.subarray(0, HEADER_MAX));
@@ -163,7 +212,7 @@ function parseHeader(bytes) {
   if (start + rows * stride > bytes.length) {
     throw new Error(`the .ply file is cut off: ${rows} Gaussians were announced`);
   }
-  return { offsets, stride, rows, start, footprint: footprintOf(lines), up: upOf(lines) };
+  return { offsets, stride, rows, start, footprint: footprintOf(lines), up: upOf(lines), lines };
 }
 
 /**
