@@ -1,16 +1,23 @@
 """A set of 3D Gaussians in the raw parameters that training optimises."""
 
 import logging
-from dataclasses import dataclass, fields
+from dataclasses import dataclass, fields, replace
 from pathlib import Path
 
 import torch
 from jaxtyping import Bool, Float, Int
 from torch import Tensor
 
+from mobilegs.errors import InputError
 from mobilegs.reproducible import sigmoid
 
 log = logging.getLogger(__name__)
+
+NUMBER_MAX = 1e30  # larger numbers count as infinite: their products overflow float32
+SQUARE_MIN, SQUARE_MAX = 1e-24, 1e36  # of the length of a rotation that float32 can normalise
+LOG_SCALE_MAX = 69.0  # logarithm of 1e30
+LOGIT_MAX, LOG_SCALE_MIN = 13.8, -69.0  # replace infinities: logit of 1 - 1e-6, logarithm of 1e-30
+UNDRAWABLE = "a rotation of length 0, an opacity of 0, or a number that is not finite"
 
 
 @dataclass
@@ -25,6 +32,7 @@ class Gaussians:
         logit_opacities: opacity before the sigmoid, `[n]`.
         sh: spherical harmonics of the colour, `[n, (degree + 1)^2, 3]`, degree 0 to 3; the
             colour in a direction is `max(0, 0.5 + sum(sh * basis))` (`sh_colors`).
+        left_out: rows of the file that cannot be drawn, and are not among the Gaussians.
     """
 
     means: Float[Tensor, "n 3"]
@@ -32,6 +40,7 @@ class Gaussians:
     log_scales: Float[Tensor, "n 3"]
     logit_opacities: Float[Tensor, "n"]
     sh: Float[Tensor, "n k 3"]
+    left_out: int = 0
 
     def __len__(self) -> int:
         return self.means.shape[0]
@@ -53,7 +62,7 @@ class Gaussians:
 
     def tensors(self) -> dict[str, Tensor]:
         """Return the five tensors by name, in the order of the fields."""
-        return {field.name: getattr(self, field.name) for field in fields(self)}
+        return {field.name: getattr(self, field.name) for field in fields(self)[:5]}
 
     def select(self, rows: Bool[Tensor, "n"] | Int[Tensor, "m"] | slice) -> "Gaussians":
         """Return the Gaussians at `rows`: a mask, indices or a slice."""
@@ -63,24 +72,50 @@ class Gaussians:
         self, device: torch.device | str | None = None, dtype: torch.dtype | None = None
     ) -> "Gaussians":
         """Return the Gaussians on `device` and in `dtype`."""
-        return Gaussians(**{name: v.to(device, dtype) for name, v in self.tensors().items()})
+        return replace(self, **{name: v.to(device, dtype) for name, v in self.tensors().items()})
 
     def detached(self) -> "Gaussians":
         """Return the same values without gradients."""
         return Gaussians(**{name: value.detach() for name, value in self.tensors().items()})
 
-    def finite(self, path: Path | str) -> "Gaussians":
-        """Return the Gaussians with finite values only, and warn how many of `path` are not."""
-        good = torch.ones(len(self), dtype=torch.bool, device=self.means.device)
-        for value in self.tensors().values():
-            good &= value.isfinite().unsqueeze(1).flatten(1).all(1)
-        lost = len(self) - int(good.sum())
-        if not lost:
-            return self
-        log.warning(
-            "%s: left out %d of %d Gaussians, which have values that are not finite",
-            path,
-            lost,
-            len(self),
+    def can_be_drawn(self) -> Bool[Tensor, "n"]:
+        """Return which Gaussians can be drawn, `[n]`.
+
+        Their numbers are finite, which means below 1e30 in magnitude, the length of their rotation
+        lies between 1e-12 and 1e18, their opacity is not 0, and their scales are below e^69. A
+        scale of 0 and an opacity of 1 can be drawn: here, their logarithm or logit is infinite.
+        `canBeDrawn` in viewer/src/load/ply.js is the same rule; a test compares the two.
+        """
+        square = self.quats.double().square().sum(1)
+        good = (square > SQUARE_MIN) & (square < SQUARE_MAX)
+        good &= (self.log_scales < LOG_SCALE_MAX).all(1)
+        good &= self.logit_opacities > -NUMBER_MAX
+        for value in (self.means, self.quats, self.sh):
+            low, high = value.detach().unsqueeze(1).flatten(1).aminmax(dim=1)  # NaN stays NaN
+            good &= (low > -NUMBER_MAX) & (high < NUMBER_MAX)
+        return good
+
+    def drawable(self, path: Path | str, count: int | None = None) -> "Gaussians":
+        """Return the Gaussians that can be drawn, and warn how many rows of `path` are left out.
+
+        Infinite logits of opacities become 13.8 and logarithms of scales of 0 become -69, which
+        draws the same. `path` is the file that is read or written, `count` its rows, by default as
+        many as there are Gaussians. Raises InputError if it has rows, and none can be drawn.
+        """
+        count = len(self) if count is None else count
+        good = self.can_be_drawn()
+        lost = count - int(good.sum())
+        if lost and lost == count:
+            raise InputError(f"{path} has no Gaussian that can be drawn: each has {UNDRAWABLE}")
+        if lost:
+            message = "%s: left out %d of %d Gaussians, which cannot be drawn: they have %s"
+            log.warning(message, path, lost, count, UNDRAWABLE)
+        drawn = self.select(good) if lost else self
+        solid = drawn.logit_opacities > NUMBER_MAX
+        flat = drawn.log_scales < -NUMBER_MAX
+        return replace(
+            drawn,
+            logit_opacities=drawn.logit_opacities.masked_fill(solid, LOGIT_MAX),
+            log_scales=drawn.log_scales.masked_fill(flat, LOG_SCALE_MIN),
+            left_out=lost,
         )
-        return self.select(good)

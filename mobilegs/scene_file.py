@@ -2,6 +2,7 @@
 
 import logging
 from collections.abc import Callable, Iterable
+from dataclasses import replace
 from importlib import import_module
 from inspect import signature
 from pathlib import Path
@@ -17,14 +18,17 @@ from mobilegs.camera import NEAR, Camera
 from mobilegs.errors import InputError
 from mobilegs.formats import READ, WRITTEN, Kind
 from mobilegs.formats.fidelity import measure_fidelity
-from mobilegs.formats.ply import read_ply_up, write_ply
+from mobilegs.formats.ply import read_ply_camera, read_ply_up, write_ply
 from mobilegs.gaussians import Gaussians
 from mobilegs.mgs.codec import inspect_mgs, read_mgs
 from mobilegs.mgs.contents import MgsContents
 from mobilegs.render.project import CLASSIC, Footprint
 from mobilegs.render.scene import Scene
 from mobilegs.render.transform import transformed
-from mobilegs.up import AXES, USUAL, Vector, turn_from_usual, up_text
+from mobilegs.up import AXES, USUAL, Vector, turn_from_usual, up_of_cameras, up_text
+from mobilegs.viewpoints.cameras_json import read_cameras_json
+from mobilegs.viewpoints.framing import Start
+from mobilegs.viewpoints.visibility import depths_in_view, fit_scene
 
 log = logging.getLogger(__name__)
 
@@ -69,7 +73,14 @@ def plain_scene_at(path: Path) -> Path:
 
 
 def read_plain_scene(path: Path, device: torch.device | str = "cpu") -> Scene:
-    """Read a plain 3DGS scene of any format; of a run's folder, its teacher.
+    """Read a plain 3DGS scene of any format; see `read_plain_with_views`."""
+    return read_plain_with_views(path, device)[0]
+
+
+def read_plain_with_views(
+    path: Path, device: torch.device | str = "cpu"
+) -> tuple[Scene, list[Camera]]:
+    """Read a plain 3DGS scene, of a run's folder its teacher, and the cameras of `open_with_views`.
 
     Raises InputError if the file is a .mgs or another kind of file, is damaged, or has no
     Gaussians.
@@ -77,10 +88,10 @@ def read_plain_scene(path: Path, device: torch.device | str = "cpu") -> Scene:
     path = plain_scene_at(path)
     if path.suffix.lower() == ".mgs":
         raise InputError(f"{path} is a .mgs: a plain 3DGS scene is needed, like a .ply")
-    scene = open_scene(path, device)
+    scene, views = open_with_views(path, device)
     if not len(scene.gaussians):
         raise InputError(f"{path} has no Gaussians: there is nothing to learn from")
-    return scene
+    return scene, views
 
 
 def open_scene(path: Path | str, device: torch.device | str = "cpu") -> Scene:
@@ -88,15 +99,29 @@ def open_scene(path: Path | str, device: torch.device | str = "cpu") -> Scene:
 
     A .mgs names its blending, footprint, background and near plane, and its training cameras tell
     which way is up. The others are blended sorted over black, with the near plane of `near_of`; a
-    .ply, .spz or .sog may be antialiased, a .ply may name its upward direction, and that of a .glb
-    is glTF's. Raises InputError if the file is of another kind, is damaged, or cannot be read.
+    .ply, .spz or .sog may be antialiased, a .ply may name its upward direction or have cameras
+    (`cameras_of_ply`), and that of a .glb is glTF's. Rows that cannot be drawn are left out
+    (`Gaussians.drawable`). Raises InputError if the file is of another kind, is damaged, or cannot
+    be read.
+    """
+    return open_with_views(path, device)[0]
+
+
+def open_with_views(
+    path: Path | str, device: torch.device | str = "cpu"
+) -> tuple[Scene, list[Camera]]:
+    """Read a scene as `open_scene`, and its cameras: those of a .mgs or of `cameras_of_ply`.
+
+    The first camera of a .ply becomes the note `start` of the scene, its first view. Raises
+    InputError as `open_scene`.
     """
     path = scene_at(Path(path))
     kind = path.suffix.lower()
     if kind == ".mgs":
-        scene = read_mgs(path).decode(device)
+        coded = read_mgs(path)
+        scene = coded.decode(device)
         scene.file = path
-        return scene
+        return scene, list(coded.views or [])
     if path.name == "meta.json" or (path / "meta.json").is_file():  # an unpacked .sog
         kind = ".sog"
     if kind not in PLAIN:
@@ -108,15 +133,52 @@ def open_scene(path: Path | str, device: torch.device | str = "cpu") -> Scene:
         gaussians = PLAIN[kind](path)
     up = read_ply_up(path) if kind == ".ply" else AXES["-y"] if kind == ".glb" else None
     black, near = torch.zeros(3, device=device), near_of(gaussians.means)
-    return Scene(gaussians.to(device), background=black, near=near, footprint=footprint, up=up)
+    scene = Scene(gaussians.to(device), background=black, near=near, footprint=footprint, up=up)
+    views = cameras_of_ply(path, gaussians.means, near) if kind == ".ply" else []
+    if not views:
+        return scene, []
+    if up is None:
+        scene.up = up_of_cameras(np.stack([view.viewmat.double().numpy() for view in views]))
+    depths = depths_in_view(gaussians.means, views[0])
+    if len(depths):
+        scene.notes = {"start": Start.from_camera(views[0], float(depths.median())).text}
+    return scene, views
+
+
+def cameras_of_ply(path: Path, means: Float[Tensor, "n 3"], near: float) -> list[Camera]:
+    """Return the cameras of a .ply, with this near plane; an empty list if there are none.
+
+    They are the camera in the file, as Apple's SHARP writes it, or those of the `cameras.json` that
+    INRIA's training writes, beside the file or above its folder `point_cloud`. Cameras that are not
+    valid or do not fit the scene (`fit_scene`) are not used, with a logged warning.
+    """
+    listed = [path.with_name("cameras.json")]
+    if path.absolute().parent.parent.name == "point_cloud":
+        listed.append(path.absolute().parents[2] / "cameras.json")
+    source = path
+    try:
+        own = read_ply_camera(path)
+        cameras = [] if own is None else [own]
+        for source in (file for file in listed if own is None and file.is_file()):
+            cameras = read_cameras_json(source)
+            break
+    except (InputError, OSError) as error:
+        log.warning("the cameras of %s are not used: %s", path, error)
+        return []
+    cameras = [replace(camera, near=near) for camera in cameras]
+    if cameras and not fit_scene(cameras, means):
+        log.warning("the cameras in %s are not used: they do not show this scene", source)
+        return []
+    return cameras
 
 
 def up_source(path: Path, up: Vector | None) -> str:
     """Return the upward direction of the scene at `path` and how it is known, for people."""
     if up is None:
         return f"{up_text(USUAL)}, as usual: the file does not say"
-    source = "from its cameras" if path.suffix.lower() == ".mgs" else "as the file says"
-    return f"{up_text(up)}, {source}"
+    kind = path.suffix.lower()
+    cameras = kind == ".mgs" or (kind == ".ply" and read_ply_up(path) is None)
+    return f"{up_text(up)}, {'from its cameras' if cameras else 'as the file says'}"
 
 
 def near_of(means: Float[Tensor, "n 3"]) -> float:
@@ -139,6 +201,7 @@ class SceneContents(TypedDict):
         file: path of the file.
         blend: `sorted` or `sortfree`.
         gaussians: their number.
+        left_out: rows of the file that cannot be drawn (`Gaussians.drawable`).
         sh_degree: degree of the colour's spherical harmonics, 0 to 3.
         file_bytes: size of the file.
         bytes_per_gaussian: the same, divided by its Gaussians.
@@ -148,6 +211,7 @@ class SceneContents(TypedDict):
     file: str
     blend: str
     gaussians: int
+    left_out: int
     sh_degree: int
     file_bytes: int
     bytes_per_gaussian: float
@@ -166,7 +230,8 @@ def inspect_scene(path: Path) -> SceneContents | MgsFileContents:
     if path.suffix.lower() == ".mgs":
         up = read_mgs(path).up
         contents = inspect_mgs(path)
-        return {"file": str(path), **contents, "up": None if up is None else up.tolist()}
+        up = None if up is None else up.tolist()
+        return {"file": str(path), "left_out": 0, **contents, "up": up}
     scene = open_scene(path)
     gaussians = scene.gaussians
     size = size_of(path)
@@ -174,6 +239,7 @@ def inspect_scene(path: Path) -> SceneContents | MgsFileContents:
         "file": str(path),
         "blend": "sorted",
         "gaussians": len(gaussians),
+        "left_out": gaussians.left_out,
         "sh_degree": gaussians.sh_degree,
         "file_bytes": size,
         "bytes_per_gaussian": size / max(len(gaussians), 1),
@@ -194,14 +260,14 @@ def write_gaussians(
 
     A .ply names the upward direction `up`. The other formats have one, to which the scene is turned
     (`turn_needed`). `note`, one line, goes into the file's header; a .spz has no place for it. A
-    .glb has no place for an antialiased footprint. This, Gaussians that are not finite, and what
+    .glb has no place for an antialiased footprint. This, Gaussians that cannot be drawn, and what
     the file does not hold of the others (`formats.fidelity`) are named in logged warnings. Raises
     InputError if the format cannot hold the scene, or most of its Gaussians would be lost.
     """
     if kind == "ply":
         write_ply(output, gaussians, footprint=footprint, up=up, note=note)
         return output.stat().st_size
-    gaussians = gaussians.detached().to("cpu", torch.float32).finite(output)
+    gaussians = gaussians.detached().to("cpu", torch.float32).drawable(output)
     if turn_needed(up, kind):
         assert up is not None
         gaussians = transformed(gaussians, turn_from_usual(up).T, np.zeros(3))
@@ -249,17 +315,6 @@ def capture_of_run(scene: Path) -> tuple[Path | None, int | None]:
         return None, None
     known = downscale is None or type(downscale) is int
     return capture if capture.is_dir() else None, downscale if known else None
-
-
-def open_with_views(path: Path, device: torch.device | str = "cpu") -> tuple[Scene, list[Camera]]:
-    """Read a scene and the training cameras that a .mgs stores; other formats have none.
-
-    Raises InputError for a file that cannot be read.
-    """
-    if path.suffix.lower() != ".mgs":
-        return open_scene(path, device), []
-    coded = read_mgs(path)
-    return coded.decode(device), list(coded.views or [])
 
 
 def _names(kinds: Iterable[str]) -> str:

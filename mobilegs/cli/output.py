@@ -133,6 +133,8 @@ def print_contents(contents: "SceneContents") -> None:
     size, count = contents["file_bytes"], contents["gaussians"]
     line = f"{contents['file']}: {count:,} Gaussians, {size:,} bytes, "
     print(printable(line + f"{size / max(count, 1):.2f} per Gaussian"))
+    if contents["left_out"]:
+        print(f"left out: {contents['left_out']:,} rows that cannot be drawn")
     table = Table(box=None, show_header=False)
     for name, text in _topics(contents).items():
         table.add_row(escape(name), escape(text))

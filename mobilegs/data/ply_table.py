@@ -25,7 +25,9 @@ TYPES = {
     "char": "i1", "uchar": "u1", "short": "i2", "ushort": "u2", "int": "i4", "uint": "u4",
     "float": "f4", "double": "f8", "int8": "i1", "uint8": "u1", "int16": "i2", "uint16": "u2",
     "int32": "i4", "uint32": "u4", "float32": "f4", "float64": "f8",
+    "half": "f2", "float16": "f2",  # not of the format, but they can mean nothing else
 }  # fmt: skip
+CHANNELS = ["red", "green", "blue"]
 BLOCK = 1 << 22  # bytes of rows that are read at a time
 
 
@@ -98,6 +100,8 @@ def parse_header(head: bytes, path: Path) -> Header:
                 if name in elements[-1].columns:
                     raise InputError(f"{path} declares the property {name[:40]!r} twice")
                 elements[-1].columns[name] = TYPES[type_]
+            case ["property", type_, _]:
+                raise InputError(f"{path} has a property of type {type_[:40]!r}, which is not PLY")
             case ["obj_info", *_] | []:
                 pass
             case _:
@@ -185,6 +189,17 @@ def _read_text(
         with np.errstate(over="ignore"):  # doubles beyond float32 become infinite
             block_rows = table[:, places].astype(dtype)
         yield block_rows
+
+
+def type_name(kind: str) -> str:
+    """Return the name in a PLY header of a numpy type without byte order."""
+    return next(name for name, known in TYPES.items() if known == kind)
+
+
+def channel_max(vertex: Element) -> float:
+    """Return the value of full brightness in the columns `CHANNELS`; 1 if they are floats."""
+    kind = vertex.columns[CHANNELS[0]]
+    return 1.0 if kind[0] == "f" else 65535.0 if kind == "u2" else 255.0
 
 
 def cut_off(path: Path, count: int) -> InputError:

@@ -5,10 +5,16 @@ from pathlib import Path
 import numpy as np
 from jaxtyping import Float
 
-from mobilegs.data.ply_table import find_vertex, read_header, vertex_rows
+from mobilegs.data.ply_table import (
+    CHANNELS,
+    channel_max,
+    find_vertex,
+    read_header,
+    vertex_rows,
+)
 from mobilegs.errors import InputError
 
-AXES, CHANNELS = ["x", "y", "z"], ["red", "green", "blue"]
+AXES = ["x", "y", "z"]
 
 
 def read_points_ply(
@@ -29,5 +35,4 @@ def read_points_ply(
     points, colors = table[:, :3], table[:, 3:]
     if not colored:
         return points, np.full_like(points, 0.5)
-    whole = all(vertex.columns[channel][0] in "iu" for channel in CHANNELS)
-    return points, colors / 255 if whole else colors
+    return points, colors / channel_max(vertex)

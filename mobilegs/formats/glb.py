@@ -23,7 +23,7 @@ from mobilegs.atomic import atomic_path, read_input
 from mobilegs.errors import InputError
 from mobilegs.gaussians import Gaussians
 from mobilegs.render.project import rotation_matrices
-from mobilegs.render.transform import SCALE_MIN, is_even, transformed
+from mobilegs.render.transform import is_even, transformed
 from mobilegs.spherical_harmonics import C0
 
 log = logging.getLogger(__name__)
@@ -47,8 +47,7 @@ SH_ATTRIBUTES = [f"{EXTENSION}:SH_DEGREE_{d}_COEF_{m}" for d in range(4) for m i
 AXIS_SIGNS = np.array([-1, -1, 1], np.float32)  # RDF <-> LUF
 SH_SIGNS = np.array([(-1) ** k for k in range(16)], np.float32)  # of SH under that turn
 NAMED_MAX = 5  # nodes in a message
-OPACITY_MIN, OPACITY_MAX = 1e-12, 1 - 2.0**-24  # opacities 0 and 1 have no logit
-LOG_SCALE_MAX = 80.0  # of written scales, so that they stay finite
+OPACITY_MIN, OPACITY_MAX = 1e-12, 1 - 2.0**-24  # of written ones, of read ones: 1 has no logit
 
 Matrix = Float[np.ndarray, "4 4"]
 
@@ -57,11 +56,11 @@ def write_glb(path: Path | str, gaussians: Gaussians, *, note: str = "") -> None
     """Write a scene for sorted blending to a `.glb`; the file appears complete or not at all.
 
     `COLOR_0` holds the view-independent colours, in linear RGB as glTF requires, for viewers that
-    show points but not splats. `note` goes into the asset's extras. Gaussians that are not finite
-    are left out, and counted in a logged warning. Raises InputError if no Gaussian is left, which
-    glTF does not allow, or the file would be too large.
+    show points but not splats. `note` goes into the asset's extras. Gaussians that cannot be drawn
+    are left out (`Gaussians.drawable`). Raises InputError if no Gaussian is left, which glTF does
+    not allow, or the file would be too large.
     """
-    gaussians = gaussians.detached().to("cpu", torch.float32).finite(path)
+    gaussians = gaussians.detached().to("cpu", torch.float32).drawable(path)
     if not len(gaussians):
         raise InputError("glTF does not allow a scene without Gaussians: write a .ply")
     arrays = _attributes(gaussians)
@@ -136,8 +135,8 @@ def _attributes(gaussians: Gaussians) -> dict[str, np.ndarray]:
         "POSITION": gaussians.means.numpy() * AXIS_SIGNS,
         "COLOR_0": (torch.cat([linear, opacities], 1) * 255).round().to(torch.uint8).numpy(),
         f"{EXTENSION}:ROTATION": rotated.numpy(),
-        f"{EXTENSION}:SCALE": gaussians.log_scales.clamp(max=LOG_SCALE_MAX).exp().numpy(),
-        f"{EXTENSION}:OPACITY": opacities.float().numpy(),
+        f"{EXTENSION}:SCALE": gaussians.log_scales.exp().numpy(),
+        f"{EXTENSION}:OPACITY": opacities.clamp_min(OPACITY_MIN).float().numpy(),
     }
     for k in range(gaussians.sh.shape[1]):
         arrays[SH_ATTRIBUTES[k]] = gaussians.sh[:, k].numpy() * SH_SIGNS[k]
@@ -147,10 +146,11 @@ def _attributes(gaussians: Gaussians) -> dict[str, np.ndarray]:
 def read_glb(path: Path | str) -> Gaussians:
     """Read the splats of a `.glb` as float32 on the CPU.
 
-    The sets of splats in all nodes of the file's scene become one, each transformed by its nodes. A
-    node that stretches splats unevenly, sets that are in no node, and Gaussians that are not
-    finite, which are left out, are named in logged warnings. Raises InputError if the file is
-    missing, not a `.glb`, damaged or cut off, has no splats, or uses compression.
+    The sets of splats in all nodes of the file's scene become one, each transformed by its nodes.
+    Gaussians that cannot be drawn are left out (`Gaussians.drawable`). A node that stretches splats
+    unevenly, and sets that are in no node, are named in logged warnings. Raises InputError if the
+    file is missing, not a `.glb`, damaged or cut off, has no splats, uses compression, or none can
+    be drawn.
     """
     path = Path(path)
     data = read_input(path, starts=(MAGIC,))
@@ -162,14 +162,14 @@ def read_glb(path: Path | str) -> Gaussians:
             count += len(arrays[0])
             if count > min(COUNT_MAX, GAUSSIANS_PER_BYTE * len(data)):
                 raise InputError(f"{path} repeats its splats in too many nodes")
-            sets.append(_gaussians(arrays, matrix, path))
+            sets.append(_gaussians(arrays, matrix))
     except InputError:
         raise
     except (KeyError, IndexError, TypeError, ValueError, AttributeError, OverflowError):
         raise InputError(
             f"{path} is damaged: its JSON is not consistent, or does not fit the file"
         ) from None
-    return _merged(sets).finite(path)
+    return _merged(sets).drawable(path, count)
 
 
 def _chunks(data: bytes, path: Path) -> tuple[dict[str, Any], memoryview]:
@@ -354,12 +354,12 @@ def _natural(value: Any) -> int:
     return value
 
 
-def _gaussians(arrays: list[np.ndarray], matrix: Matrix, path: Path) -> Gaussians:
+def _gaussians(arrays: list[np.ndarray], matrix: Matrix) -> Gaussians:
     """Return a set of splats in a node of this matrix, in the axes used here."""
     positions, rotations, scales, opacities, *sh_arrays = arrays
     count = len(positions)
     quats = np.empty((count, 4), np.float32)
-    with np.errstate(all="ignore"):  # `finite` drops such rows
+    with np.errstate(all="ignore"):  # `drawable` drops such rows
         means = positions * AXIS_SIGNS
         quats[:, 0], quats[:, 1], quats[:, 2], quats[:, 3] = (
             rotations[:, 2],
@@ -367,8 +367,8 @@ def _gaussians(arrays: list[np.ndarray], matrix: Matrix, path: Path) -> Gaussian
             -rotations[:, 0],
             -rotations[:, 3],
         )
-        log_scales = np.log(np.maximum(scales, SCALE_MIN), dtype=np.float32)
-        opacity = np.clip(opacities[:, 0].astype(np.float64), OPACITY_MIN, OPACITY_MAX)
+        log_scales = np.log(scales, dtype=np.float32)
+        opacity = np.minimum(opacities[:, 0].astype(np.float64), OPACITY_MAX)
         logits = (np.log(opacity) - np.log1p(-opacity)).astype(np.float32)
         sh = np.empty((count, len(sh_arrays), 3), np.float32)
         for k, values in enumerate(sh_arrays):
@@ -378,7 +378,8 @@ def _gaussians(arrays: list[np.ndarray], matrix: Matrix, path: Path) -> Gaussian
     if np.array_equal(matrix, np.eye(4)):
         return gaussians
     linear = AXIS_SIGNS[:, None] * matrix[:3, :3] * AXIS_SIGNS
-    return transformed(gaussians.finite(path), linear, AXIS_SIGNS * matrix[:3, 3])
+    drawn = gaussians.select(gaussians.can_be_drawn())
+    return transformed(drawn, linear, AXIS_SIGNS * matrix[:3, 3])
 
 
 def _merged(sets: list[Gaussians]) -> Gaussians:

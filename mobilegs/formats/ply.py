@@ -3,7 +3,7 @@
 One row per Gaussian: mean, (unused) normal, degree-0 SH `f_dc_*`, higher SH coefficients `f_rest_*`
 channel by channel (all of red, then green, then blue), logit of the opacity, logarithms of the
 scales, rotation wxyz. Axes are OpenCV's, those of the capture. `ply_compressed.py` reads files in
-PlayCanvas's compressed layout.
+PlayCanvas's compressed layout. `viewer/src/load/ply.js` reads the same in the browser.
 """
 
 import logging
@@ -16,19 +16,26 @@ import torch
 from jaxtyping import Float
 
 from mobilegs.atomic import atomic_path, open_input
+from mobilegs.camera import Camera
 from mobilegs.data.ply_table import (
+    CHANNELS,
     Element,
     Header,
+    channel_max,
     cut_off,
     find_vertex,
     read_header,
+    type_name,
     vertex_rows,
 )
 from mobilegs.errors import InputError
 from mobilegs.formats.ply_compressed import SH_DEGREES, Table, read_compressed
 from mobilegs.gaussians import Gaussians
+from mobilegs.packed_gaussians import logits_of
 from mobilegs.render.project import BLUR, BLUR_MAX, CLASSIC, Footprint
+from mobilegs.spherical_harmonics import C0
 from mobilegs.up import AXES, Axis, Vector, parsed_up, up_text, written_up
+from mobilegs.viewpoints.cameras_json import parse_camera
 
 log = logging.getLogger(__name__)
 
@@ -42,8 +49,6 @@ LOG_FLAT = -6.9  # logarithm of a thousandth
 RENDER_MODES = ("default", "mip")
 # of `Vertical Axis`: nerfstudio writes z for scenes with z up, Brush y for all scenes
 VERTICAL_AXES: dict[str, Axis] = {"x": "x", "y": "-y", "z": "z"}
-# replace infinities, which other tools write for opacities of 0 and 1 and scales of 0
-LOGIT_MAX, LOG_SCALE_MIN = 13.8, -69.0  # logit of 1 - 1e-6, logarithm of 1e-30
 
 
 def read_ply(path: Path | str) -> Gaussians:
@@ -73,6 +78,41 @@ def upward(header: Header) -> Vector | None:
     return up
 
 
+def read_ply_camera(path: Path | str) -> Camera | None:
+    """Return the camera of the photo from which Apple's SHARP made a scene; None without one.
+
+    It is in elements after the vertices: `intrinsic` (3x3, by rows), `image_size` (width, height)
+    and `extrinsic` (4x4, world to camera). Raises InputError if the file cannot be read, or the
+    camera's numbers are not possible.
+    """
+    path = Path(path)
+    header, size = read_header(path)
+    if not {"intrinsic", "image_size", "extrinsic"} <= {e.name for e in header.elements}:
+        return None
+    tables = tables_of(header, find_vertex(header, path)[0], size, path)
+
+    def numbers(name: str, count: int) -> np.ndarray:
+        table = tables[name]
+        if table.count != count or table.dtype.names != (name,):
+            raise InputError(f"{path} has an element {name!r} that is not {count} numbers")
+        with path.open("rb") as file:
+            return table.rows(file, 0, count)[name].astype(np.float64)
+
+    viewmat, intrinsic = numbers("extrinsic", 16).reshape(4, 4), numbers("intrinsic", 9)
+    with np.errstate(all="ignore"):  # `parse_camera` refuses what is not finite
+        position = -viewmat[:3, :3].T @ viewmat[:3, 3]
+    width, height = numbers("image_size", 2).tolist()
+    row = {
+        "width": int(width) if 0 < width < 1 << 31 else 0,
+        "height": int(height) if 0 < height < 1 << 31 else 0,
+        "fx": intrinsic[0],
+        "fy": intrinsic[4],
+        "position": position,
+        "rotation": viewmat[:3, :3].T,
+    }
+    return parse_camera(row, f"the camera in {path}")
+
+
 def coverage(header: Header, path: Path) -> tuple[str, float]:
     """Return the render mode that the comments name, in lower case, and the blur in px^2.
 
@@ -98,13 +138,16 @@ def read_ply_scene(path: Path | str) -> tuple[Gaussians, Footprint]:
     The file may be text, little- or big-endian, with properties in any order, or in PlayCanvas's
     compressed layout. Gaussians with two scales, those of 2DGS, become flat ones with a thousandth
     of the smaller scale as the third. Properties that 3DGS does not use are skipped; the SH degree
-    (0 to 3) follows from the number of `f_rest_*`. Infinite logits of opacities, and logarithms of
-    scales of 0, become large finite ones. Rows with other values that are not finite are left out,
-    and counted in a logged warning.
+    (0 to 3) follows from the number of `f_rest_*`. Rows that cannot be drawn are left out
+    (`Gaussians.drawable`).
+
+    Properties are floats of 64, 32 or 16 bits; a `ushort` in a binary file holds the bits of one of
+    16. An opacity of type `uchar` is 255 times the opacity itself. Without `f_dc_*`, the colour is
+    `red`, `green` and `blue`, as nerfstudio's `--ply-color-mode rgb` writes it.
 
     `SplatRenderMode: mip` and Postshot's `antialiased 1` are antialiased, with the blur of a
     comment `mobilegs blur`, or 0.3. Raises InputError if the file is missing, not a PLY, cut off,
-    or lacks a property of 3DGS.
+    lacks a property of 3DGS or has it in another type, or no row can be drawn.
     """
     path = Path(path)
     header, size = read_header(path)
@@ -121,23 +164,32 @@ def read_ply_scene(path: Path | str) -> tuple[Gaussians, Footprint]:
         with open_input(path) as file:
             tables = tables_of(header, vertex, size, path)
             return read_compressed(file, tables, path), footprint
-    rest = check_properties(vertex, path)
-    flat = FLAT_AXIS not in vertex.columns
-    names = [FLAT_FROM if name == FLAT_AXIS and flat else name for name in (*COLUMNS, *rest)]
+    rest, substitutes = check_properties(vertex, path, binary=not header.ascii)
+    names = [substitutes.get(name, name) for name in (*COLUMNS, *rest)]
     blocks = vertex_rows(header, size, names, path)
-    blocks = flattened(blocks) if flat else blocks
+    blocks = converted(blocks, vertex, substitutes)
     return gaussians_from_rows(blocks, vertex.count, rest, path), footprint
 
 
-def check_properties(vertex: Element, path: Path) -> list[str]:
-    """Return the names of the `f_rest_*` properties. Raises InputError if a property is missing."""
-    missing = [name for name in COLUMNS if name not in vertex.columns]
+def check_properties(
+    vertex: Element, path: Path, *, binary: bool
+) -> tuple[list[str], dict[str, str]]:
+    """Return the names of the `f_rest_*` properties, and those that stand in for missing ones.
+
+    In binary files, columns of type `ushort` become `half`. Raises InputError if a property is
+    missing or has a type that cannot hold it.
+    """
     if not {*SCALES, *ROTATION, "opacity"} & vertex.columns.keys():
         raise InputError(
             f"{path} holds points without sizes: it is a point cloud or a mesh, not a 3DGS scene. "
             "Scenes are trained from photos: see `mobilegs train --help`"
         )
-    if missing and missing != [FLAT_AXIS]:
+    missing = [name for name in COLUMNS if name not in vertex.columns]
+    substitutes = {FLAT_AXIS: FLAT_FROM} if FLAT_AXIS in missing else {}
+    if {*BASE_COLOR} <= {*missing} and {*CHANNELS} <= vertex.columns.keys():
+        substitutes |= zip(BASE_COLOR, CHANNELS, strict=True)
+    missing = [name for name in missing if name not in substitutes]
+    if missing:
         raise InputError(f"{path} is not a 3DGS scene: its vertices lack {', '.join(missing)}")
     count = sum(name.startswith("f_rest_") for name in vertex.columns)
     rest = [f"f_rest_{i}" for i in range(count)]
@@ -145,7 +197,16 @@ def check_properties(vertex: Element, path: Path) -> list[str]:
         raise InputError(
             f"{path} has {count} f_rest properties, and a 3DGS scene has 0, 9, 24 or 45"
         )
-    return rest
+    for name in (*COLUMNS, *rest):
+        kind = vertex.columns.get(name, "f4")
+        if kind == "u2" and binary:
+            vertex.columns[name] = "f2"
+        elif kind[0] != "f" and (name, kind) != ("opacity", "u1"):
+            raise InputError(
+                f"{path} stores {name} as {type_name(kind)}, which cannot hold it: export the "
+                "scene again with properties of type float"
+            )
+    return rest, substitutes
 
 
 def tables_of(header: Header, vertex: Element, size: int, path: Path) -> dict[str, Table]:
@@ -167,42 +228,43 @@ def tables_of(header: Header, vertex: Element, size: int, path: Path) -> dict[st
     return tables
 
 
-def flattened(blocks: Iterable[np.ndarray]) -> Iterable[np.ndarray]:
-    """Replace the third scale in blocks of `COLUMNS` by a thousandth of the smaller of the others.
+def converted(
+    blocks: Iterable[np.ndarray], vertex: Element, substitutes: dict[str, str]
+) -> Iterable[np.ndarray]:
+    """Convert what other tools store in blocks of `COLUMNS` to the values of 3DGS.
 
-    Scales are logarithms. The Gaussians of 2DGS are disks in the plane of their first two axes.
+    The Gaussians of 2DGS are disks in the plane of their first two axes: their third scale becomes
+    a thousandth of the smaller of the others.
     """
     for table in blocks:
         with np.errstate(invalid="ignore"):  # rows with NaN are left out later
-            table[:, 9] = table[:, 7:9].min(axis=1) + LOG_FLAT
+            if FLAT_AXIS in substitutes:
+                table[:, 9] = table[:, 7:9].min(axis=1) + LOG_FLAT
+            if BASE_COLOR[0] in substitutes:
+                table[:, 11:14] = (table[:, 11:14] / channel_max(vertex) - 0.5) / C0
+            if vertex.columns["opacity"] == "u1":
+                table[:, 10] = logits_of(table[:, 10] / 255)
         yield table
 
 
 def gaussians_from_rows(
     blocks: Iterable[np.ndarray], count: int, rest: list[str], path: Path
 ) -> Gaussians:
-    """Convert blocks of `COLUMNS` and `rest`, `count` rows in all; only finite rows are kept."""
+    """Convert blocks of `COLUMNS` and `rest`, `count` rows in all."""
     sizes = (3, 4, 3, 1, 3 + len(rest))  # columns per tensor
     parts = [np.empty((count, size), np.float32) for size in sizes]
-    kept = 0
+    first = 0
     for table in blocks:
-        opacity, scales = table[:, 10], table[:, 7:10]
-        opacity[np.isposinf(opacity)], opacity[np.isneginf(opacity)] = LOGIT_MAX, -LOGIT_MAX
-        scales[np.isneginf(scales)] = LOG_SCALE_MIN
-        table = table[np.isfinite(table).all(axis=1)]
         sh = table[:, 11:]
         # [m, 3, k] in the file, [m, k, 3] here
         by_channel = sh[:, 3:].reshape(len(sh), 3, len(rest) // 3)
         sh[:, 3:] = by_channel.swapaxes(1, 2).reshape(len(sh), len(rest))
         for part, values in zip(parts, np.split(table, np.cumsum(sizes)[:-1], axis=1), strict=True):
-            part[kept : kept + len(table)] = values
-        kept += len(table)
-    if kept < count:
-        lost = count - kept
-        message = "%s: left out %d of %d Gaussians, which have values that are not finite"
-        log.warning(message, path, lost, count)
-    means, quats, log_scales, opacities, sh = (torch.from_numpy(part[:kept]) for part in parts)
-    return Gaussians(means, quats, log_scales, opacities[:, 0], sh.unflatten(1, (-1, 3)))
+            part[first : first + len(table)] = values
+        first += len(table)
+    means, quats, log_scales, opacities, sh = map(torch.from_numpy, parts)
+    whole = Gaussians(means, quats, log_scales, opacities[:, 0], sh.unflatten(1, (-1, 3)))
+    return whole.drawable(path)
 
 
 def write_ply(
@@ -218,11 +280,12 @@ def write_ply(
     The layout is INRIA's, little-endian float32. The header has the comments `SplatRenderMode:
     default` or, antialiased, `mip`, which other tools read, and `mobilegs blend sorted`. A blur
     other than 0.3, the upward direction and `note`, a line of ASCII, become further comments. Other
-    tools draw a blur of 0.3. Raises InputError for a soft edge, which sorted blending does not
-    have.
+    tools draw a blur of 0.3. Gaussians that cannot be drawn are left out (`Gaussians.drawable`).
+    Raises InputError for a soft edge, which sorted blending does not have, or if none can be drawn.
     """
     if footprint.soft_edge:
         raise InputError("a .ply is blended sorted, and sorted blending has no soft edge")
+    gaussians = gaussians.detached().to("cpu", torch.float32).drawable(path)
     count, coefficients = gaussians.sh.shape[:2]
     rest = [f"f_rest_{i}" for i in range(3 * (coefficients - 1))]
     normal = ["nx", "ny", "nz"]
@@ -236,7 +299,7 @@ def write_ply(
         gaussians.log_scales,
         gaussians.quats,
     ]
-    table = torch.cat([part.detach().cpu().float() for part in parts], dim=1).numpy()
+    table = torch.cat(parts, dim=1).numpy()
     header = [
         "ply",
         "format binary_little_endian 1.0",

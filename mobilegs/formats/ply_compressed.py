@@ -46,8 +46,8 @@ def read_compressed(file: BinaryIO, tables: dict[str, Table], path: Path) -> Gau
     """Read the Gaussians of a compressed `.ply` as float32 on the CPU.
 
     `tables` has the elements by name, all of them within the file; `path` is used in messages.
-    Gaussians that are not finite are left out, and counted in a logged warning. Raises InputError
-    if an element or property is missing, or there are too few chunks.
+    Gaussians that cannot be drawn are left out (`Gaussians.drawable`). Raises InputError if an
+    element or property is missing, there are too few chunks, or none can be drawn.
     """
     vertex, chunk = tables["vertex"], tables.get("chunk")
     rest = _validate(vertex, chunk, tables.get("sh"), path)
@@ -63,7 +63,7 @@ def read_compressed(file: BinaryIO, tables: dict[str, Table], path: Path) -> Gau
             sh = np.concatenate([sh, _higher_sh(tables["sh"].rows(file, first, length), rest)], 1)
         return *others, sh
 
-    return gaussians_in_blocks(vertex.count, len(rest) // 3 + 1, decode).finite(path)
+    return gaussians_in_blocks(vertex.count, len(rest) // 3 + 1, decode).drawable(path)
 
 
 def _validate(vertex: Table, chunk: Table | None, sh: Table | None, path: Path) -> list[str]:

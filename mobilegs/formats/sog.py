@@ -83,14 +83,14 @@ def read_sog_scene(path: Path | str) -> tuple[Gaussians, Footprint]:
     The second result says how the Gaussians cover pixels: the field `model` of newer files. That
     of 2D Gaussians (`2dgs`) is drawn as plain 3DGS, with a logged warning.
 
-    Gaussians that are not finite are left out, and counted in a logged warning. Raises InputError
-    if a file is missing, not a `.sog` of version 1 or 2, damaged or cut off.
+    Gaussians that cannot be drawn are left out (`Gaussians.drawable`). Raises InputError if a file
+    is missing, not a `.sog` of version 1 or 2, damaged or cut off, or none can be drawn.
     """
     path = Path(path)
     try:
         with _opened(path) as (read_file, size):
             meta = _read_meta(read_file, path)
-            return _read(meta, read_file, size, path).finite(path), _footprint(meta, path)
+            return _read(meta, read_file, size, path).drawable(path), _footprint(meta, path)
     except InputError:
         raise
     except (KeyError, IndexError, TypeError, ValueError, AttributeError, OverflowError):
@@ -178,7 +178,7 @@ def _read(meta: dict[str, Any], read_file: ReadFile, size: int, path: Path) -> G
         raise ValueError
     if count > min(COUNT_MAX, GAUSSIANS_PER_BYTE * size):
         raise InputError(f"{path} announces {count} Gaussians in {size} bytes: it is cut off")
-    with np.errstate(all="ignore"):  # `finite` drops bad rows
+    with np.errstate(all="ignore"):  # `drawable` drops bad rows
         tables = _tables(meta, version)
 
     def image(name: str, index: int, pixels_min: int, pixels_max: int) -> np.ndarray:
@@ -277,7 +277,7 @@ def _means(low: np.ndarray, high: np.ndarray, tables: Tables) -> np.ndarray:
     span = tables.bounds[1] - tables.bounds[0]
     for first in range(0, len(low), BLOCK):
         rows = slice(first, first + BLOCK)
-        with np.errstate(all="ignore"):  # `finite` drops bad rows
+        with np.errstate(all="ignore"):  # `drawable` drops bad rows
             share = (low[rows, :3] + high[rows, :3] * 256.0) / 65535
             signed = tables.bounds[0] + span * share
             means[rows] = np.sign(signed) * np.expm1(np.abs(signed))
@@ -309,14 +309,14 @@ def write_sog(
     """Write a scene for sorted blending to a `.sog` of version 2; return it in the file's order.
 
     The file appears complete or not at all, and has the same bytes for the same scene. Gaussians
-    are sorted along a Morton curve; those that are not finite are left out, and counted in a logged
-    warning. More than 65,536 Gaussians share a palette of 65,536 sets of higher SH coefficients.
-    `note` goes into the meta.json. An antialiased footprint becomes its field `model`, and readers
-    draw a blur of 0.3: another blur is named in a logged warning.
+    are sorted along a Morton curve; those that cannot be drawn are left out (`Gaussians.drawable`).
+    More than 65,536 Gaussians share a palette of 65,536 sets of higher SH coefficients. `note` goes
+    into the meta.json. An antialiased footprint becomes its field `model`, and readers draw a blur
+    of 0.3: another blur is named in a logged warning. Raises InputError if none can be drawn.
     """
     if footprint.blur != BLUR:
         log.warning("a .sog has no place for the blur %g: readers draw 0.3", footprint.blur)
-    gaussians = gaussians.detached().to("cpu", torch.float32).finite(path)
+    gaussians = gaussians.detached().to("cpu", torch.float32).drawable(path)
     gaussians = gaussians.select(morton_order(gaussians.means))
     count = len(gaussians)
     width = max(4, math.ceil(count**0.5 / 4) * 4)

@@ -17,14 +17,13 @@ from mobilegs.packed_gaussians import gaussians_in_blocks, logits_of
 from mobilegs.spherical_harmonics import C0
 
 ROW = np.dtype([("mean", "<f4", 3), ("scale", "<f4", 3), ("color", "u1", 4), ("rotation", "u1", 4)])
-SCALE_MIN = np.float32(1e-30)  # a scale of 0 has no logarithm
 
 
 def read_splat(path: Path | str) -> Gaussians:
     """Read a `.splat` scene, SH degree 0, as float32 on the CPU.
 
-    Gaussians that are not finite are left out, and counted in a logged warning. Raises InputError
-    if the file is missing or empty, or its size is not a multiple of 32 bytes.
+    Gaussians that cannot be drawn are left out (`Gaussians.drawable`). Raises InputError if the
+    file is missing or empty, its size is not a multiple of 32 bytes, or none can be drawn.
     """
     path = Path(path)
     with open_input(path) as file:
@@ -37,14 +36,19 @@ def read_splat(path: Path | str) -> Gaussians:
             raise InputError(f"{path} is not a .splat, or cut off: {size} bytes are not rows of 32")
         return gaussians_in_blocks(
             count, 1, lambda rows: _decoded(np.fromfile(file, ROW, rows.stop - rows.start))
-        ).finite(path)
+        ).drawable(path)
 
 
 def _decoded(rows: np.ndarray) -> tuple[np.ndarray, ...]:
     """Decode rows: means, quaternions, log-scales, logits, SH."""
     quats = rows["rotation"] / 128 - 1
     length = np.linalg.norm(quats, axis=1, keepdims=True)
-    quats = np.where(length > 0, quats / np.maximum(length, 1e-9), [1.0, 0, 0, 0])
+    quats /= np.maximum(length, 1e-9)
     colors = rows["color"] / 255
-    scales = np.log(np.maximum(rows["scale"], SCALE_MIN))
-    return rows["mean"], quats, scales, logits_of(colors[:, 3]), (colors[:, None, :3] - 0.5) / C0
+    return (
+        rows["mean"],
+        quats,
+        np.log(rows["scale"]),
+        logits_of(colors[:, 3]),
+        (colors[:, None, :3] - 0.5) / C0,
+    )

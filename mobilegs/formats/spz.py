@@ -85,8 +85,9 @@ def read_spz(path: Path | str) -> Gaussians:
 def read_spz_scene(path: Path | str) -> tuple[Gaussians, Footprint]:
     """Read an `.spz` as float32 on the CPU, and how its Gaussians cover pixels.
 
-    SH of degree 4 are cut to degree 3. Raises InputError if the file is missing, not an `.spz` of
-    version 1 to 4, damaged or cut off.
+    SH of degree 4 are cut to degree 3. Gaussians that cannot be drawn are left out
+    (`Gaussians.drawable`). Raises InputError if the file is missing, not an `.spz` of version 1 to
+    4, damaged or cut off, or none can be drawn.
     """
     path = Path(path)
     data = read_input(path, starts=(GZIP, MAGIC))
@@ -178,12 +179,9 @@ def _gaussians(header: Header, parts: list[np.ndarray], path: Path) -> Gaussians
     count = header.count
     kept = min(SH_COEFFICIENTS[header.degree], SH_KEPT)
     tables = [part.reshape(count, width) for part, width in zip(parts, header.widths, strict=True)]
-    gaussians = gaussians_in_blocks(
+    return gaussians_in_blocks(
         count, kept + 1, lambda rows: _decoded(header, *(table[rows] for table in tables))
-    )
-    if not gaussians.means.isfinite().all():
-        raise _damaged(path)
-    return gaussians
+    ).drawable(path)
 
 
 def _decoded(
@@ -240,14 +238,14 @@ def _smallest_three(data: np.ndarray) -> np.ndarray:
 def write_spz(path: Path | str, gaussians: Gaussians, *, footprint: Footprint = CLASSIC) -> None:
     """Write a scene for sorted blending as version 3; the file appears complete or not at all.
 
-    Gaussians that are not finite are left out, and counted in a logged warning. An antialiased
-    footprint becomes the format's flag, and readers draw a blur of 0.3: another blur is named in a
-    logged warning. Raises InputError if there are more than 10 million Gaussians, or a coordinate
-    reaches 2^23.
+    Gaussians that cannot be drawn are left out (`Gaussians.drawable`). An antialiased footprint
+    becomes the format's flag, and readers draw a blur of 0.3: another blur is named in a logged
+    warning. Raises InputError if there are more than 10 million Gaussians, a coordinate reaches
+    2^23, or none can be drawn.
     """
     if footprint.blur != BLUR:
         log.warning("a .spz has no place for the blur %g: readers draw 0.3", footprint.blur)
-    gaussians = gaussians.detached().to("cpu", torch.float32).finite(path)
+    gaussians = gaussians.detached().to("cpu", torch.float32).drawable(path)
     count, degree = len(gaussians), gaussians.sh_degree
     if count > COUNT_MAX:
         raise InputError(f"a .spz holds at most {COUNT_MAX:,} Gaussians, not {count:,}")

@@ -14,8 +14,7 @@ from mobilegs.pipeline.options import RunOptions, TrainRun
 from mobilegs.pipeline.preflight import validate_run
 from mobilegs.pipeline.train import train_capture
 from mobilegs.progress_display import Progress, no_progress
-from mobilegs.scene_file import plain_scene_at, read_plain_scene
-from mobilegs.synthetic_capture.cameras_json import read_cameras_json
+from mobilegs.scene_file import plain_scene_at, read_plain_with_views
 from mobilegs.synthetic_capture.render import (
     DEFAULT_BACKGROUND,
     CaptureOptions,
@@ -23,6 +22,7 @@ from mobilegs.synthetic_capture.render import (
 )
 from mobilegs.train.recipes import PresetName
 from mobilegs.up import Axis
+from mobilegs.viewpoints.cameras_json import read_cameras_json
 
 # For a trained scene and renders of it: means move little, colours need more latents for their view
 # dependence, and coarse, early quantisation costs no quality (docs/explanation/compression.md,
@@ -67,8 +67,8 @@ class CompressRun(RunOptions):
     the photos and the scene. Default: renders of the scene."""
     cameras: Annotated[Path | None, arg(metavar="JSON")] = None
     """The cameras.json that 3DGS writes. Views are rendered from these cameras and between them. A
-    scene that was photographed from one side only needs them. Default: cameras around the scene's
-    centre."""
+    scene that was photographed from one side only needs them. Default: the cameras in a .ply of
+    one photo, or of a cameras.json beside it; otherwise cameras around the scene's centre."""
     views: Annotated[int | None, arg(metavar="N")] = None
     """Number of views to render. Default: 48 with the preset demo, otherwise 400."""
     size: Annotated[int | None, arg(metavar="PIXELS")] = None
@@ -119,8 +119,8 @@ def render_views(run: CompressRun, folder: Path, progress: Progress) -> None:
         run.background or DEFAULT_BACKGROUND,
         run.up,
     )
-    scene = read_plain_scene(run.scene, choose_device(run.device))
-    render_synthetic_capture(scene, run.scene, folder, options, progress=progress)
+    scene, views = read_plain_with_views(run.scene, choose_device(run.device))
+    render_synthetic_capture(scene, run.scene, folder, options, own=views, progress=progress)
 
 
 def training_of(run: CompressRun) -> TrainRun:

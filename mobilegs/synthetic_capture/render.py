@@ -3,6 +3,7 @@
 import json
 import logging
 import zlib
+from collections.abc import Sequence
 from dataclasses import asdict, dataclass, replace
 from pathlib import Path
 from typing import Any
@@ -27,10 +28,11 @@ from mobilegs.evaluate.metrics import to_bytes
 from mobilegs.progress_display import Progress, no_progress
 from mobilegs.render.scene import Scene
 from mobilegs.spherical_harmonics import sh_colors
-from mobilegs.synthetic_capture.cameras_json import read_cameras_json
 from mobilegs.up import AXES, Axis, up_text
+from mobilegs.viewpoints.cameras_json import read_cameras_json
 from mobilegs.viewpoints.placement import interpolate_cameras, place_cameras
 from mobilegs.viewpoints.scene_bounds import SceneBounds, find_scene_bounds
+from mobilegs.viewpoints.virtual_views import move_off_path
 from mobilegs.viewpoints.visibility import validate_visibility
 
 log = logging.getLogger(__name__)
@@ -76,17 +78,20 @@ def render_synthetic_capture(
     folder: Path,
     options: CaptureOptions,
     *,
+    own: Sequence[Camera] = (),
     progress: Progress = no_progress,
 ) -> None:
     """Write a capture into `folder` that `load_capture` opens: PNGs and a COLMAP model as text.
 
+    Without `cameras` and `up` in the options, the scene's `own` cameras are used if it has some.
     A finished capture is left as it is; an interrupted one is completed. `source` is the file of
     the scene: its name, size and CRC-32 identify the capture.
 
     Raises InputError if the folder holds something else or a capture made from another scene or
     with other options, or if most of the given cameras see nothing of the scene.
     """
-    record = json.dumps(_record(source, options), indent=1) + "\n"
+    given = list(own) if options.cameras is None and options.up is None else []
+    record = json.dumps(_record(source, options, len(given)), indent=1) + "\n"
     note = folder / RECORD
     if note.exists():
         if read_text(note) != record:
@@ -103,14 +108,14 @@ def render_synthetic_capture(
     generator = torch.Generator().manual_seed(options.seed)
     up = scene.up if options.up is None else AXES[options.up]
     bounds = find_scene_bounds(scene.gaussians, up=up)
-    if options.cameras is None and up is None:
+    if options.cameras is None and not given and up is None:
         log.warning(
             "%s does not say which way is up: cameras are placed with %s up, as its shape suggests "
             "(--up changes it)",
             source,
             up_text(bounds.up.double().cpu().numpy()),
         )
-    if options.cameras is None:
+    if options.cameras is None and not given:
         with progress("placing cameras") as advance:
             cameras = place_cameras(
                 scene,
@@ -122,11 +127,16 @@ def render_synthetic_capture(
                 progress=advance,
             )
     else:
-        given = read_cameras_json(options.cameras)
+        described = "own cameras"
+        if options.cameras is not None:
+            given = read_cameras_json(options.cameras)
+            described = f"cameras from {options.cameras}"
         cameras = interpolate_cameras(
             given, bounds, options.views, size=options.size, generator=generator
         )
-        described = f"cameras from {options.cameras}"
+        if len(given) == 1:  # nothing lies between one camera and itself
+            means = scene.gaussians.means.cpu()
+            cameras = [cameras[0], *move_off_path(cameras[1:], means, 1.0, options.seed)]
         validate_visibility(scene, cameras, described, "give the cameras.json of this scene")
     # neighbours in the file are neighbours in space: shuffle, so that held-back views are spread
     order = torch.randperm(len(cameras), generator=generator).tolist()
@@ -145,12 +155,14 @@ def render_synthetic_capture(
     write_model(folder, named, points, colors)
 
 
-def _record(source: Path, options: CaptureOptions) -> dict[str, Any]:
+def _record(source: Path, options: CaptureOptions, own: int) -> dict[str, Any]:
     how = asdict(options) | {"cameras": None}
     if options.up is None:
         del how["up"]  # captures of earlier versions have none
     if options.cameras is not None:
         how["cameras"] = f"{zlib.crc32(read_input(options.cameras)):08x}"
+    if own:
+        how["own_cameras"] = own
     data = read_input(source / "meta.json" if source.is_dir() else source)
     return {"scene": source.name, "bytes": len(data), "crc32": f"{zlib.crc32(data):08x}", **how}
 

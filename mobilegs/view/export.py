@@ -92,7 +92,8 @@ def export_html(
         )
     posters = posters_of(scene, up, notes)
     poster = "" if posters.style else data_url(jpeg(posters.preview), "image/jpeg")
-    element, script = embedded(scene, poster, _attributes(up, heading, notes))
+    given = {**posters.notes, **(notes or {})}
+    element, script = embedded(scene, poster, _attributes(up, heading, given))
     page = page_with(
         {
             TITLE: f"{embedded_policy()}\n    <title>{escaped(title)}</title>",
@@ -151,7 +152,8 @@ def export_site(
         "mobile-gs.js": element_script().encode(),
         name: read_input(scene),
     }
-    page = _site_page(files, posters, name, title, url, _attributes(up, heading, notes))
+    given = {**posters.notes, **(notes or {})}
+    page = _site_page(files, posters, name, title, url, _attributes(up, heading, given))
     version = hashlib.sha256(page.encode() + b"".join(files.values())).hexdigest()[:16]
     page = _replaced(
         page, {LINK_ICON: f'<meta name="version" content="{version}" />\n    {LINK_ICON}'}
@@ -209,9 +211,9 @@ def _styled(posters: Posters) -> dict[str, str]:
     return {HEAD_END: f"  <style>\n{posters.style}\n    </style>\n  {HEAD_END}"}
 
 
-def _attributes(up: Axis | None, heading: str, notes: Mapping[str, str] | None) -> str:
+def _attributes(up: Axis | None, heading: str, notes: Mapping[str, str]) -> str:
     """Return the attributes of an element for `--up`, a heading, and notes that no file holds."""
-    values = {ATTRIBUTES.get(name, name): text for name, text in (notes or {}).items()}
+    values = {ATTRIBUTES.get(name, name): text for name, text in notes.items()}
     values |= {name: text for name, text in (("up", up), ("heading", heading)) if text}
     return "".join(f' {name}="{escaped(text)}"' for name, text in values.items())
 

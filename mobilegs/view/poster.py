@@ -16,7 +16,7 @@ from mobilegs.evaluate.metrics import to_bytes
 from mobilegs.render.scene import Scene
 from mobilegs.render.supersampling import supersampling_for
 from mobilegs.scene_file import open_with_views
-from mobilegs.up import Axis
+from mobilegs.up import Axis, written_up
 from mobilegs.viewpoints.pose import Pose, camera_of, first_pose
 
 SIZE = (1200, 630)  # pixels, the size that services which preview links expect
@@ -32,12 +32,14 @@ class Posters:
 
     Attributes:
         preview: 1200 x 630 pixels, for previews of links.
+        notes: attributes of `<mobile-gs>` that its viewer does not find in the file (`page_notes`).
         style: CSS that shows a poster behind `<mobile-gs>`, exactly where the viewer will show the
             first view, or nothing if the file notes no first view.
     """
 
     preview: Image.Image
     style: str
+    notes: Mapping[str, str]
 
 
 @torch.inference_mode()
@@ -50,6 +52,7 @@ def posters_of(
     Raises InputError for a scene that the web viewer does not show, or without Gaussians.
     """
     scene, views = open_with_views(path)
+    found = page_notes(scene, up)
     if notes:
         scene = replace(scene, notes=notes)
     if not len(scene.gaussians):
@@ -60,11 +63,22 @@ def posters_of(
     camera = camera_of(pose, views[0] if views else None, *SIZE, scene.near)
     preview = _render(scene, camera, views)
     if pose.box is None:
-        return Posters(preview, "")
+        return Posters(preview, "", found)
     upright = first_pose(scene, views, up, size=(1, 2))
     wide = _rule(scene, views, pose, ASPECT_MAX)
     high = _rule(scene, views, upright, 1 / ASPECT_MAX)
-    return Posters(preview, f"{wide}\n@media (orientation: portrait) {{ {high} }}")
+    return Posters(preview, f"{wide}\n@media (orientation: portrait) {{ {high} }}", found)
+
+
+def page_notes(scene: Scene, up: Axis | None = None) -> dict[str, str]:
+    """Return `start` and `up` of a scene whose file has cameras that the web viewer does not read.
+
+    Empty for a .mgs, which the viewer reads itself, and if `up` replaces the scene's direction.
+    """
+    start = scene.notes.get("start")
+    if scene.file is not None or up is not None or scene.up is None or not isinstance(start, str):
+        return {}
+    return {"start": start, "up": written_up(scene.up + 0.0)}
 
 
 def _rule(scene: Scene, views: list[Camera], pose: Pose, shape: float) -> str:

@@ -20,8 +20,8 @@ from urllib.parse import parse_qs, quote, unquote, urlsplit
 from mobilegs.atomic import open_input
 from mobilegs.data.ply_table import parse_header
 from mobilegs.errors import InputError
-from mobilegs.formats.ply import COLUMNS, read_ply_up
-from mobilegs.scene_file import up_source
+from mobilegs.formats.ply import COLUMNS
+from mobilegs.scene_file import open_scene, up_source
 from mobilegs.up import Axis
 from mobilegs.view.assets import (
     SCRIPT,
@@ -35,6 +35,7 @@ from mobilegs.view.assets import (
     script_tags,
     version_of,
 )
+from mobilegs.view.poster import page_notes
 
 SCENE, OTHER = "/scene", "/other"  # the viewer recognises a format by its first bytes
 VIEWER = "/viewer.js"
@@ -116,14 +117,16 @@ class Server(BoundedServer):
         other: Path | None = None,
         *,
         up: Axis | None = None,
+        notes: Mapping[str, str] | None = None,
         host: str = "127.0.0.1",
         port: int = 0,
     ) -> None:
         """Listen on `host` and `port`, 0 for any free port; `up` replaces the scene's direction.
 
-        Raises InputError if a file does not exist or the address cannot be used.
+        `notes` are attributes of the page's element (`poster.page_notes`). Raises InputError if a
+        file does not exist or the address cannot be used.
         """
-        self.up = up
+        self.up, self.notes = up, notes or {}
         self.scenes = {SCENE: scene}
         if other:  # with file names, which the page shows
             self.scenes = {
@@ -167,6 +170,7 @@ class Server(BoundedServer):
         addresses = [quote(path, errors=UNDECODED) for path in self.scenes]
         options = [*zip(("url", "compare"), map(quote, addresses), strict=False)]
         options += [("up", self.up)] if self.up else []
+        options += [(name, quote(text)) for name, text in self.notes.items()]
         return "/?" + "&".join(f"{name}={value}" for name, value in options)
 
 
@@ -336,14 +340,16 @@ def serve(
     for file in (scene, other):
         if file is not None:
             validate_scene_file(file)
-    server = Server(scene, other, up=up, host="0.0.0.0" if lan else "127.0.0.1", port=port)
+    plain = None if scene.suffix.lower() == ".mgs" else open_scene(scene)
+    notes = {} if plain is None else page_notes(plain, up)
+    host = "0.0.0.0" if lan else "127.0.0.1"
+    server = Server(scene, other, up=up, notes=notes, host=host, port=port)
     with server:
         local = server.address("127.0.0.1")
         log.info("%s is shown at %s", scene, local)
-        if up is None and scene.suffix.lower() != ".mgs":
-            named = read_ply_up(scene) if scene.suffix.lower() == ".ply" else None
-            turn = "" if named is not None else " (the key U or --up changes it)"
-            log.info("up is %s%s", up_source(scene, named), turn)
+        if up is None and plain is not None:
+            turn = "" if plain.up is not None else " (the key U or --up changes it)"
+            log.info("up is %s%s", up_source(scene, plain.up), turn)
         host = own_address() if lan else None
         if host:
             log.info("in this network at %s", server.address(host))

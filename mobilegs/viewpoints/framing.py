@@ -11,11 +11,15 @@ from dataclasses import dataclass
 import numpy as np
 from jaxtyping import Float
 
+from mobilegs.camera import Camera
 from mobilegs.up import Vector, turn_from_usual
 
 NUMBER = r"-?\d{1,12}(\.\d{1,12})?"
 SECTORS = 24  # of limits
 FREE = "none"  # the note `limits` of a scene without limits
+BOX_SHARE = 0.75  # of a camera's picture: screens of another shape show more than the box
+# degrees of azimuth and elevation by which a turn may go beyond several cameras, or beyond one
+BESIDE, BESIDE_ONE, ABOVE = 25.0, 180 / SECTORS, 10.0
 
 
 @dataclass(frozen=True)
@@ -32,6 +36,17 @@ class Start:
     eye: Vector
     target: Vector
     box: tuple[float, float]
+
+    @classmethod
+    def from_camera(cls, camera: Camera, depth: float) -> "Start":
+        """Return the view of a camera; the target is at a depth, in world units."""
+        viewmat = camera.viewmat.double().cpu().numpy()
+        eye = -viewmat[:3, :3].T @ viewmat[:3, 3]
+        across, down = (
+            BOX_SHARE * side / (2 * float(camera.K[axis, axis]))
+            for axis, side in enumerate((camera.width, camera.height))
+        )
+        return cls(eye, eye + depth * viewmat[2, :3], (across, down))
 
     @property
     def text(self) -> str:
@@ -60,6 +75,25 @@ class Limits:
     nearest: float
     farthest: float
     elevations: Float[np.ndarray, "24 2"]
+
+    @classmethod
+    def around(cls, eyes: Float[np.ndarray, "n 3"], pivot: Vector, up: Vector) -> "Limits":
+        """Return limits that keep near the directions from `pivot` to some eyes, at least one."""
+        away = eyes - pivot
+        distances = np.linalg.norm(away, axis=1)
+        angles = [
+            azimuth_of(direction / distance, up)
+            for direction, distance in zip(away, distances, strict=True)
+            if distance > 0
+        ]
+        reach = BESIDE if len(eyes) > 1 else BESIDE_ONE
+        elevations = np.tile([90.0, -90.0], (SECTORS, 1))
+        for sector in range(SECTORS):
+            middle = 360 * (sector + 0.5) / SECTORS
+            near = [high for side, high in angles if abs(azimuth_between(middle, side)) <= reach]
+            if near:
+                elevations[sector] = max(-90, min(near) - ABOVE), min(90, max(near) + ABOVE)
+        return cls(pivot, 0.0, float(distances.min()), float(distances.max()), elevations)
 
     @property
     def text(self) -> str:

@@ -7,6 +7,7 @@ from jaxtyping import Float
 from torch import Tensor
 
 from mobilegs.camera import Camera
+from mobilegs.viewpoints.visibility import depths_in_view
 
 DIVISOR = 2  # of the photos' width and height
 OFF_PATH_SHARE = 0.5  # of the views that lie off the path of the photos, not on it
@@ -66,7 +67,7 @@ def move_off_path(
     for camera in cameras:
         chosen, along = torch.rand(2, generator=generator).tolist()
         sideways = SHIFT_STD * torch.randn(2, generator=generator)
-        depths = _depths_in_view(points, camera) if chosen < share else means[:0, 0]
+        depths = depths_in_view(points, camera) if chosen < share else means[:0, 0]
         if len(depths):
             distance, nearest = depths.median(), depths.quantile(0.05)
             forwards = min(
@@ -79,11 +80,3 @@ def move_off_path(
             camera = replace(camera, viewmat=viewmat)
         moved.append(camera)
     return moved
-
-
-def _depths_in_view(points: Float[Tensor, "n 3"], camera: Camera) -> Float[Tensor, "m"]:
-    """Return the depths of the points that a camera sees, occluded ones included."""
-    inside = points @ camera.viewmat[:3, :3].T + camera.viewmat[:3, 3]
-    inside = inside[inside[:, 2] > camera.near]
-    x, y, _ = (inside @ camera.K.T / inside[:, 2:]).unbind(1)
-    return inside[(x > 0) & (x < camera.width) & (y > 0) & (y < camera.height), 2]

@@ -1,6 +1,5 @@
 """Reading and writing PLY scenes, and the errors for invalid files."""
 
-import logging
 from collections.abc import Sequence
 from pathlib import Path
 
@@ -82,7 +81,7 @@ def test_any_encoding_and_any_order_of_properties_is_read(
 def test_properties_of_mixed_types_and_tables_before_the_vertices_are_read(tmp_path: Path) -> None:
     row = np.dtype([("label", "u1"), *((name, "<f4") for name in NAMES)])
     rows = np.zeros(4, row)
-    rows["y"] = [1, 2, 3, 4]
+    rows["y"], rows["rot_0"] = [1, 2, 3, 4], 1
     properties = "property uchar label\n" + "".join(f"property float {n}\n" for n in NAMES)
     text = (
         "ply\r\nformat binary_little_endian 1.0\r\ncomment made by hand\r\n"
@@ -93,16 +92,60 @@ def test_properties_of_mixed_types_and_tables_before_the_vertices_are_read(tmp_p
     assert read_ply(tmp_path / "scene.ply").means[:, 1].tolist() == [1, 2, 3, 4]
 
 
-def test_rows_that_are_not_finite_are_dropped_and_counted(
-    tmp_path: Path, generator: torch.Generator, caplog: pytest.LogCaptureFixture
+HALF = {0.0: 0, 0.5: 0x3800, 1.0: 0x3C00, -2.0: 0xC000, 3.0: 0x4200}
+RGB = ["red", "green", "blue"]
+# types of properties that other tools write: those that are changed, their values and what is read
+TYPES = {
+    "half floats in ushort": ({name: "ushort" for name in NAMES}, [HALF[3.0]], [3.0]),
+    "half floats": ({name: "half" for name in NAMES}, [-2.0], [-2.0]),
+    "doubles": ({name: "double" for name in NAMES}, [-2.0], [-2.0]),
+    "an opacity in bytes": ({"opacity": "uchar"}, [51, 0, 255], [-1.38629, -13.8155, 13.8023]),
+    "colours in bytes": (dict.fromkeys(RGB, "uchar"), [255, 0], [1.77245, -1.77245]),
+    "colours in 16 bits": (dict.fromkeys(RGB, "ushort"), [65535], [1.77245]),
+    "colours in floats": (dict.fromkeys(RGB, "float"), [1.0], [1.77245]),
+}
+
+
+def typed(types: dict[str, str], values: Sequence[float], kind: str = "<") -> bytes:
+    """Return a file with a row per value, which properties of these types have; others are 1."""
+    names = [n for n in NAMES if "red" not in types or not n.startswith("f_dc")]
+    columns = {name: "float" for name in names} | types
+    numpy = {"ushort": "u2", "half": "f2", "double": "f8", "uchar": "u1", "float": "f4"}
+    numpy |= {"int": "i4", "short": "i2"}
+    table = np.ones(len(values), [(name, kind + numpy[type_]) for name, type_ in columns.items()])
+    for name in types:
+        table[name] = values
+    properties = "".join(f"property {type_} {name}\n" for name, type_ in columns.items())
+    text = f"ply\nformat binary_little_endian 1.0\nelement vertex {len(values)}\n{properties}"
+    return text.encode() + b"end_header\n" + table.tobytes()
+
+
+@pytest.mark.parametrize("case", TYPES)
+def test_types_of_other_tools_are_read_as_what_they_are(case: str, tmp_path: Path) -> None:
+    types, values, expected = TYPES[case]
+    (tmp_path / "scene.ply").write_bytes(typed(types, values))
+    found = read_ply(tmp_path / "scene.ply")
+    read = found.logit_opacities if "opacity" in types else found.sh[:, 0, 2]
+    assert read.tolist() == pytest.approx(expected, rel=1e-4)
+    assert found.left_out == 0 and len(found) == len(values)
+
+
+@pytest.mark.parametrize(
+    ("name", "type_"),
+    [
+        ("opacity", "int"),
+        ("scale_1", "uchar"),
+        ("rot_0", "uchar"),
+        ("f_dc_2", "uchar"),
+        ("x", "short"),
+    ],
+)
+def test_a_type_that_cannot_hold_its_property_is_named(
+    name: str, type_: str, tmp_path: Path
 ) -> None:
-    gaussians = random_gaussians(6, 0, generator)
-    gaussians.means[1, 2] = torch.nan
-    gaussians.log_scales[4, 0] = torch.inf
-    write_ply(tmp_path / "scene.ply", gaussians)
-    with caplog.at_level(logging.WARNING):
-        assert_equal(read_ply(tmp_path / "scene.ply"), gaussians.select(torch.tensor([0, 2, 3, 5])))
-    assert "2 of 6 Gaussians" in caplog.text
+    (tmp_path / "scene.ply").write_bytes(typed({name: type_}, [1]))
+    with pytest.raises(InputError, match=f"stores {name} as {type_}, which cannot hold it"):
+        read_ply(tmp_path / "scene.ply")
 
 
 BINARY = "binary_little_endian"
@@ -115,7 +158,7 @@ INVALID = {
     "a point cloud": (header(BINARY, ["x", "y", "z"], 0), "not a 3DGS scene"),
     "one f_rest property": (header(BINARY, [*NAMES, "f_rest_0"], 0), "has 1 f_rest"),
     "a duplicate property": (header(BINARY, [*NAMES, "x"], 0), "'x' twice"),
-    "an unknown type": (header(BINARY, NAMES, 0, "half"), "not PLY"),
+    "an unknown type": (header(BINARY, NAMES, 0, "quad"), "not PLY"),
     "no vertices": (b"ply\nformat ascii 1.0\nelement face 0\nend_header\n", "no 'vertex'"),
     "lists before": (
         header(BINARY, NAMES, 0, before="element face 1\nproperty list uchar int i\n"),

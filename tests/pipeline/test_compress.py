@@ -11,8 +11,8 @@ from mobilegs.data import load_capture, load_view
 from mobilegs.formats.ply import write_ply
 from mobilegs.mgs.codec import read_mgs
 from mobilegs.render.scene import Scene
-from mobilegs.synthetic_capture.cameras_json import read_cameras_json
 from mobilegs.synthetic_capture.render import CaptureOptions, render_synthetic_capture
+from mobilegs.viewpoints.cameras_json import read_cameras_json
 from tests.support.garden import cameras_json, garden
 
 

@@ -12,9 +12,9 @@ from mobilegs.errors import InputError
 from mobilegs.evaluate.metrics import to_bytes
 from mobilegs.formats.ply import write_ply
 from mobilegs.render.scene import Scene
-from mobilegs.synthetic_capture.cameras_json import read_cameras_json
 from mobilegs.synthetic_capture.render import CaptureOptions, render_synthetic_capture
 from mobilegs.up import Axis, up_of_cameras
+from mobilegs.viewpoints.cameras_json import read_cameras_json
 from mobilegs.viewpoints.scene_bounds import find_scene_bounds
 from tests.support.garden import cameras_json, garden
 

@@ -10,7 +10,7 @@ import torch
 from mobilegs.errors import InputError
 from mobilegs.gaussians import Gaussians
 from mobilegs.render.scene import Scene
-from mobilegs.synthetic_capture.cameras_json import read_cameras_json
+from mobilegs.viewpoints.cameras_json import read_cameras_json
 from mobilegs.viewpoints.placement import interpolate_cameras, place_cameras
 from mobilegs.viewpoints.scene_bounds import find_scene_bounds
 from tests.support.garden import UP, cameras_json, garden

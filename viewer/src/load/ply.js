@@ -2,6 +2,7 @@
 
 import { CLASSIC } from "../mgs/header.js";
 import { parsedUp } from "../viewer/up.js";
+import { cross, dot } from "../viewer/vector.js";
 import { isPly } from "./file_kind.js";
 
 /** @typedef {import("../render/types.js").Footprint} Footprint */
@@ -10,7 +11,13 @@ import { isPly } from "./file_kind.js";
 
 const HEADER_MAX = 1 << 16;
 const C0 = 0.28209479177387814;
-const [SOLID, FLAT] = [13.8, -69]; // logit of 1 - 1e-6, logarithm of 1e-30
+// the rule of mobilegs/gaussians.py, whose names these are
+const NUMBER_MAX = 1e30;
+const [SQUARE_MIN, SQUARE_MAX] = [1e-24, 1e36];
+const LOG_SCALE_MAX = 69;
+const [LOGIT_MAX, LOG_SCALE_MIN] = [13.8, -69];
+const SIDE_MAX = 1 << 16; // pixels of a photo
+const BOX_SHARE = 0.75; // of a photo, as in mobilegs/viewpoints/framing.py
 const TYPES = new Map([
   ["char", 1], ["int8", 1], ["uchar", 1], ["uint8", 1], ["short", 2], ["int16", 2], ["ushort", 2],
   ["uint16", 2], ["int", 4], ["int32", 4], ["uint", 4], ["uint32", 4], ["float", 4], ["float32", 4],
@@ -22,13 +29,13 @@ const NEEDED = ["x", "y", "z", "f_dc_0", "f_dc_1", "f_dc_2", "opacity", "scale_0
 NEEDED.push("scale_2", "rot_0", "rot_1", "rot_2", "rot_3");
 
 /**
- * The scene of a whole file; rows with numbers that are not finite are left out.
+ * The scene of a whole file; rows that cannot be drawn are left out.
  *
  * @param {Uint8Array<ArrayBuffer>} bytes
  * @returns {SceneData}
  */
 export function readPly(bytes) {
-  const { offsets, stride, rows, start, footprint, up } = parseHeader(bytes);
+  const { offsets, stride, rows, start, footprint, up, lines } = parseHeader(bytes);
   const view = new DataView(bytes.buffer, bytes.byteOffset + start);
   const rest = [...offsets.keys()].filter((name) => name.startsWith("f_rest_")).length;
   const shSize = rest / 3 + 1;
@@ -49,19 +56,55 @@ export function readPly(bytes) {
   const row = new Float32Array(places.length);
   for (let i = 0; i < rows; i++) {
     for (let k = 0; k < row.length; k++) row[k] = view.getFloat32(i * stride + places[k], true);
-    // other tools write infinities for opacities of 1 and scales of 0
-    for (let k = 3; k < 6; k++) if (row[k] === -Infinity) row[k] = FLAT;
-    if (Math.abs(row[10]) === Infinity) row[10] = Math.sign(row[10]) * SOLID;
-    let sum = 0;
-    for (let k = 0; k < row.length; k++) sum += row[k] * 0; // NaN as soon as one is not finite
-    if (sum === 0) addRow(scene, row);
+    addRow(scene, row);
   }
-  const { count } = scene;
-  if (count === rows) return scene;
-  scene.shapes = scene.shapes.slice(0, 12 * count);
-  scene.colors = scene.colors.slice(0, 3 * shSize * count);
-  scene.lobes = scene.lobes.slice(0, 2 * count);
-  return scene;
+  const own = photoView(lines, view, rows * stride, scene);
+  return withoutRoom({ ...scene, ...own, up: up ?? own?.up ?? null }, rows);
+}
+
+/**
+ * The view of the photo from which Apple's SHARP made a scene: its camera is in elements after the vertices. As
+ * `read_ply_camera` in mobilegs/formats/ply.py and `Start.from_camera`; null without a camera that sees the scene.
+ *
+ * @param {string[][]} lines words of the header's lines
+ * @param {DataView} view the rows of the vertices, and what follows
+ * @param {number} at where that begins
+ * @param {SceneData} scene
+ * @returns {{notes: Record<string, string>, up: Vector} | null}
+ */
+function photoView(lines, view, at, { count, shapes }) {
+  const words = lines.filter(([kind]) => kind === "element" || kind === "property").slice(1);
+  /** @type {Map<string, number[]>} */
+  const values = new Map();
+  for (let i = words.findIndex(([kind]) => kind === "element"); i > 0 && i + 1 < words.length; i += 2) {
+    const [[kind, name, length], [next, type]] = [words[i], words[i + 1]];
+    const size = (TYPES.get(type) ?? NaN) * Number(length);
+    if (kind !== "element" || next !== "property" || !(at + size <= view.byteLength)) return null;
+    const read = (/** @type {unknown} */ _, /** @type {number} */ k) =>
+      type === "uint" ? view.getUint32(at + 4 * k, true) : view.getFloat32(at + 4 * k, true);
+    if (size <= 64 && TYPES.get(type) === 4) values.set(name, Array.from({ length: size / 4 }, read));
+    at += size;
+  }
+  const [viewmat, intrinsic, sides] = ["extrinsic", "intrinsic", "image_size"].map((name) => values.get(name) ?? []);
+  if (viewmat.length !== 16 || intrinsic.length !== 9 || sides.length !== 2) return null;
+  const [right, down, forward] = [0, 4, 8].map((k) => /** @type {Vector} */ (viewmat.slice(k, k + 3)));
+  const [tx, ty, tz] = [viewmat[3], viewmat[7], viewmat[11]];
+  const [x, y] = [sides[0] / (2 * intrinsic[0]), sides[1] / (2 * intrinsic[4])];
+  const turned = cross(right, down).every((part, k) => Math.abs(part - forward[k]) < 1e-3);
+  const level = [right, down].every((axis) => Math.abs(dot(axis, axis) - 1) < 1e-3) && Math.abs(dot(right, down)) < 1e-3;
+  const depths = [];
+  for (let i = 0; i < count; i++) {
+    const mean = /** @type {Vector} */ ([shapes[12 * i + 3], shapes[12 * i + 7], shapes[12 * i + 11]]);
+    const depth = dot(forward, mean) + tz;
+    if (Math.abs(dot(right, mean) + tx) < x * depth && Math.abs(dot(down, mean) + ty) < y * depth) depths.push(depth);
+  }
+  const sized = sides.every((side) => side >= 1 && side <= SIDE_MAX) && [x, y].every((part) => part > 0 && part < 1e3);
+  if (!turned || !level || !sized || !depths.length) return null;
+  const middle = Float32Array.from(depths).sort()[(depths.length - 1) >> 1];
+  const eye = right.map((_, k) => -(right[k] * tx + down[k] * ty + forward[k] * tz));
+  const target = eye.map((part, k) => part + middle * forward[k]);
+  const start = [...eye, ...target, BOX_SHARE * x, BOX_SHARE * y].map((part) => part.toFixed(6)).join(" ");
+  return { notes: { start }, up: /** @type {Vector} */ (down.map((part) => -part)) };
 }
 
 /** A word of the file, for an error message. @param {string | undefined} word */
@@ -86,15 +129,36 @@ export function roomFor(rows, shSize, footprint) {
   };
 }
 
-/** @param {SceneData} scene @param {Float32Array} row */
+/** Return a scene without the memory of the rows that were left out, and report how many. @param {SceneData} scene @param {number} rows of the file */
+export function withoutRoom(scene, rows) {
+  const { count, shSize } = scene;
+  if (count === rows) return scene;
+  console.warn(`left out ${rows - count} of ${rows} Gaussians, which cannot be drawn`);
+  scene.shapes = scene.shapes.slice(0, 12 * count);
+  scene.colors = scene.colors.slice(0, 3 * shSize * count);
+  scene.lobes = scene.lobes.slice(0, 2 * count);
+  return scene;
+}
+
+/** As `Gaussians.can_be_drawn` in mobilegs/gaussians.py; a test compares the two. @param {Float32Array} row */
+function canBeDrawn(row) {
+  const square = row[6] * row[6] + row[7] * row[7] + row[8] * row[8] + row[9] * row[9];
+  if (!(square > SQUARE_MIN && square < SQUARE_MAX && row[10] > -NUMBER_MAX)) return false;
+  for (let k = 3; k < 6; k++) if (!(row[k] < LOG_SCALE_MAX)) return false;
+  for (let k = 0; k < 3; k++) if (!(Math.abs(row[k]) < NUMBER_MAX)) return false;
+  for (let k = 11; k < row.length; k++) if (!(Math.abs(row[k]) < NUMBER_MAX)) return false;
+  return true;
+}
+
+/** Add a Gaussian if it can be drawn. @param {SceneData} scene @param {Float32Array} row mean, log-scales, rotation, logit, harmonics */
 export function addRow(scene, row) {
+  if (!canBeDrawn(row)) return;
+  // other tools write infinities for opacities of 1 and scales of 0
+  if (row[10] > NUMBER_MAX) row[10] = LOGIT_MAX;
+  for (let k = 3; k < 6; k++) if (row[k] < -NUMBER_MAX) row[k] = LOG_SCALE_MIN;
   const [w, x, y, z] = [row[6], row[7], row[8], row[9]];
-  const length = w * w + x * x + y * y + z * z;
-  if (!(length > 0)) return; // not a rotation
-  const s = 2 / length;
+  const s = 2 / (w * w + x * x + y * y + z * z);
   const [a, b, c] = [Math.exp(row[3]), Math.exp(row[4]), Math.exp(row[5])];
-  // larger numbers would overflow later
-  if (!(a + b + c < 1e30 && Math.abs(row[10]) < 1e30)) return;
   const i = scene.count++;
   scene.shapes.set(
     [
@@ -111,7 +175,7 @@ export function addRow(scene, row) {
 /**
  * @param {Uint8Array} bytes
  * @returns {{offsets: Map<string, number>, stride: number, rows: number, start: number, footprint: Footprint,
- *   up: Vector | null}}
+ *   up: Vector | null, lines: string[][]}}
  */
 function parseHeader(bytes) {
   const text = new TextDecoder("latin1").decode(bytes.subarray(0, HEADER_MAX));
@@ -148,7 +212,7 @@ function parseHeader(bytes) {
   if (start + rows * stride > bytes.length) {
     throw new Error(`the .ply file is cut off: ${rows} Gaussians were announced`);
   }
-  return { offsets, stride, rows, start, footprint: footprintOf(lines), up: upOf(lines) };
+  return { offsets, stride, rows, start, footprint: footprintOf(lines), up: upOf(lines), lines };
 }
 
 /**

@@ -8,7 +8,7 @@
 
 import { fromFloat16 } from "../mgs/float16.js";
 import { CLASSIC } from "../mgs/header.js";
-import { addRow, roomFor } from "./ply.js";
+import { addRow, roomFor, withoutRoom } from "./ply.js";
 import { decompressZstd } from "./zstd.js";
 
 /** @typedef {import("../render/types.js").SceneData} SceneData */
@@ -171,7 +171,7 @@ function sceneOf({ version, count, degree, fraction, antialiased }, attributes) 
     }
     addRow(scene, row);
   }
-  return scene;
+  return withoutRoom(scene, count);
 }
 
 /** 24-bit integers. @param {Uint8Array} bytes @param {number} unit @returns {(index: number) => number} */
@@ -184,11 +184,7 @@ function fixedAt(bytes, unit) {
 
 /** Half floats. @param {Uint8Array} bytes @returns {(index: number) => number} */
 function halfAt(bytes) {
-  return (index) => {
-    const value = fromFloat16(bytes[2 * index] | (bytes[2 * index + 1] << 8));
-    if (!Number.isFinite(value)) throw new Error(DAMAGED);
-    return value;
-  };
+  return (index) => fromFloat16(bytes[2 * index] | (bytes[2 * index + 1] << 8));
 }
 
 /** Versions 1 and 2: x, y, z; w follows, as it is not negative. @param {Uint8Array} bytes @param {number} i @param {Float32Array} row */

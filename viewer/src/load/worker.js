@@ -237,7 +237,7 @@ async function loadOther(source, total) {
   if (!data.count) throw new Error("there is no Gaussian in this file that can be drawn");
   means = new Float32Array(3 * data.count);
   for (let i = 0; i < means.length; i++) means[i] = data.shapes[4 * i + 3];
-  const cameras = { views: [], near: nearOf(means), up: data.up ?? null, notes: {} };
+  const cameras = { views: [], near: nearOf(means), up: data.up ?? null, notes: data.notes ?? {} };
   send({ kind: "scene", data, means, ...cameras }, buffersOf(data));
   return received;
 }

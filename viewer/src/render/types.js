@@ -25,6 +25,7 @@ import { INPUT_WORDS } from "./view_network.js";
  * @property {Weighting} weighting of a sort-free scene
  * @property {Footprint} [footprint] how a Gaussian covers pixels; by default as 3DGS does
  * @property {import("../viewer/vector.js").Vector | null} [up] upward direction that the file names
+ * @property {Record<string, string>} [notes] the first view that the file names, as the note `start`
  * @property {[number, number, number]} background sRGB in [0, 1]; read in every frame, so that
  *     the owner can change it
  */

@@ -12,7 +12,8 @@
  * - `scale`: share of the screen's resolution, instead of one chosen by the frame time
  * - `background`: a CSS colour instead of the scene's own
  * - `fov`: field of view in degrees
- * - `up`: the axis of the scene that points up: x, -x, y, -y, z or -z; by default as the file or its cameras tell
+ * - `up`: the axis of the scene that points up: x, -x, y, -y, z or -z; or the direction `X Y Z` of a scene whose file
+ *   tells none; by default as the file or its cameras tell
  * - `start` and `start-portrait`: first view on wide and on high screens, in place of the file's notes of these
  *   names, with eight numbers: eye, target, tangents of half the width and height that must be in the picture
  * - `camera`: the camera, in the form of a page's fragment (`eye=x,y,z&at=x,y,z&up=x,y,z`); also a property
@@ -66,19 +67,23 @@ export function applyAttribute(element, viewer, name) {
   if (name === "scale") viewer.scale = number > 0 && number <= 1 ? number : null;
   else if (name === "fov") viewer.fov = number >= 1 && number <= 150 ? number : null;
   else if (name === "background") viewer.background = colorOf(text);
-  else if (name === "up") viewer.up = text;
   else if (name === "autorotate") viewer.turning = text !== null && !matchMedia(STILL).matches;
   else if (name === "camera") {
     const pose = poseFromHash(text ?? "");
     if (pose) viewer.place(pose);
-  } else viewer.given = framingOf(element);
+  } else {
+    if (name === "up") viewer.up = text;
+    viewer.given = framingOf(element);
+  }
   viewer.redraw();
 }
 
-/** The notes of first views and limits that attributes give. @param {HTMLElement} element */
+/** The notes of first views, limits and the upward direction that attributes give. @param {HTMLElement} element */
 function framingOf(element) {
   /** @type {Record<string, string>} */
   const given = {};
+  const up = element.getAttribute("up");
+  if (up !== null) given.up = up; // an axis is no direction here
   for (const name of FRAMING) {
     const text = element.getAttribute(name);
     if (name === "free" && text !== null) given.limits = FREE;

@@ -7,7 +7,7 @@ import { pointUnder } from "./pick.js";
 import { Pose, cameraOf } from "./pose.js";
 import { Resolution } from "./resolution.js";
 import { supersamplingFor } from "./supersampling.js";
-import { AXES, USUAL, nextAxis } from "./up.js";
+import { AXES, USUAL, nextAxis, parsedUp } from "./up.js";
 import { dot, plus } from "./vector.js";
 
 /** @typedef {import("../load/worker.js").Request} Request */
@@ -202,7 +202,7 @@ export class Viewer {
   /** Let the next axis point up. @returns {string} its name, or the empty text for the scene's own direction */
   turnUp() {
     const { views } = this;
-    const own = this.#first.up ?? (views.length ? Pose.fromViews(views).up : USUAL);
+    const own = this.#ownUp ?? (views.length ? Pose.fromViews(views).up : USUAL);
     this.up = nextAxis(this.#up, own);
     return this.#up ?? "";
   }
@@ -252,7 +252,7 @@ export class Viewer {
     return { ...this.#first.notes, ...this.#given };
   }
 
-  /** Notes to use instead of those of the file: `start`, `start_portrait`, `limits`. @param {Record<string, string>} notes */
+  /** Notes to use instead of those of the file: `start`, `start_portrait`, `limits`, `up`. @param {Record<string, string>} notes */
   set given(notes) {
     this.#given = notes;
     if (!this.count) return;
@@ -475,9 +475,14 @@ export class Viewer {
     return Pose.around(this.#first.means, this.#direction ?? USUAL);
   }
 
+  /** The upward direction that notes give, or else the file. */
+  get #ownUp() {
+    return parsedUp(this.notes.up) ?? this.#first.up;
+  }
+
   /** The chosen upward direction, or else that of the file; null: as the views tell. */
   get #direction() {
-    return AXES.get(this.#up ?? "") ?? this.#first.up;
+    return AXES.get(this.#up ?? "") ?? this.#ownUp;
   }
 
   /** @param {number} time */

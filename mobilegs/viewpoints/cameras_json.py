@@ -25,10 +25,14 @@ def read_cameras_json(path: Path) -> list[Camera]:
     rows = read_json(path)
     if not isinstance(rows, list) or not rows:
         raise InputError(f"{path} has no list of cameras: give a cameras.json of 3DGS")
-    return [_camera(row, f"camera {number} of {path}") for number, row in enumerate(rows)]
+    return [parse_camera(row, f"camera {number} of {path}") for number, row in enumerate(rows)]
 
 
-def _camera(row: Any, name: str) -> Camera:
+def parse_camera(row: Any, name: str) -> Camera:
+    """Return the camera of an entry of a cameras.json, which messages call `name`.
+
+    Raises InputError if something is missing or not possible.
+    """
     try:
         width, height = row["width"], row["height"]
         focal = torch.tensor([row["fx"], row["fy"]], dtype=torch.float64)
