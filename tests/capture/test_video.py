@@ -8,7 +8,7 @@ import pytest
 from PIL import Image
 
 from mobilegs.capture import CaptureRun, capture_photos, is_capture_source
-from mobilegs.capture.video import prepare_video, time_span, upright
+from mobilegs.capture.video import find_film, prepare_video, upright
 from mobilegs.errors import InputError
 from tests.support.layered_photos import blurred, layered_photo
 
@@ -43,7 +43,8 @@ def test_the_sharpest_frame_of_each_interval_is_taken(tmp_path: Path) -> None:
         for photo in [layered_photo((0.02 * index, 0))]
     ]
     video = write_video(tmp_path / "video.mp4", frames)
-    assert time_span(video) == (0.0, 1.9)
+    film = find_film(video)
+    assert (film.stream, film.first, film.last, film.shape) == (0, 0.0, 1.9, 1)
     found = prepare_video(video, tmp_path / "out", frames=4, max_size=120, progress=no_progress)
     taken = [photo["source"] for photo in found["photos"]]
     assert taken == [f"video.mp4 at {index / RATE:.2f} s" for index in sorted(sharp)]

@@ -8,16 +8,19 @@ from typing import Any
 import numpy as np
 import pytest
 
-from mobilegs.capture import hdr
-from mobilegs.capture.hdr import BT2020, HLG, PQ, hdr_kind, sdr_pixels
-from mobilegs.capture.video import decoded, upright
+from mobilegs.capture.video import decoded, find_film, frame_colors, hdr_signal, upright
+from mobilegs.data import color
+from mobilegs.data.color import BT2020, HLG, PQ, sdr_pixels
 
+TO_BT709 = np.array(  # from linear BT.2020, as in ITU-R BT.2087
+    [[1.6605, -0.5876, -0.0728], [-0.1246, 1.1329, -0.0083], [-0.0182, -0.1006, 1.1187]]
+)
 DATA = os.environ.get("MOBILEGS_DATA")
 
 
 def frame_of(signal: np.ndarray, trc: int, *, full: bool = False) -> Any:
     """Return a stand-in for a frame of PyAV with the R'G'B' signal `[h, w, 3]` in [0, 1]."""
-    luma = signal @ hdr.LUMINANCE
+    luma = signal @ color.LUMINANCE
     blue, red = (signal[..., 2] - luma) / 1.8814, (signal[..., 0] - luma) / 1.4746
     planes = np.stack([luma, blue, red])
     if full:
@@ -35,28 +38,35 @@ def frame_of(signal: np.ndarray, trc: int, *, full: bool = False) -> Any:
     )
 
 
+def shown(frame: Any) -> np.ndarray:
+    colors = frame_colors(frame)
+    assert colors is not None
+    return sdr_pixels(hdr_signal(frame), colors)
+
+
 @pytest.mark.parametrize(("trc", "white", "full"), [(HLG, 0.75, False), (PQ, 0.5807, True)])
 def test_reference_white_is_white_and_black_is_black(trc: int, white: float, full: bool) -> None:
     signal = np.zeros((2, 3, 3))
     signal[0] = white
-    found = sdr_pixels(frame_of(signal, trc, full=full))
+    found = shown(frame_of(signal, trc, full=full))
     assert (found[0] >= 253).all() and (found[1] == 0).all()
 
 
 def test_colours_inside_of_srgb_keep_their_hue() -> None:
     linear = np.array([[[0.5, 0.2, 0.1], [0.1, 0.4, 0.3], [0.2, 0.2, 0.6]]])
-    wide = linear @ np.linalg.inv(hdr.TO_BT709).T * hdr.WHITE
-    power = (wide / 10_000) ** hdr.M1
-    signal = ((hdr.C1 + hdr.C2 * power) / (1 + hdr.C3 * power)) ** hdr.M2
-    found = sdr_pixels(frame_of(signal, PQ))
-    expected = 255 * hdr.srgb_signal(linear)
+    wide = linear @ np.linalg.inv(TO_BT709).T * color.WHITE
+    power = (wide / 10_000) ** color.M1
+    signal = ((color.C1 + color.C2 * power) / (1 + color.C3 * power)) ** color.M2
+    found = shown(frame_of(signal, PQ))
+    expected = 255 * color.srgb_signal(linear)
     assert np.abs(found - expected).max() <= 1.5
 
 
 def test_frames_without_a_transfer_function_of_hdr_stay() -> None:
     for trc in (None, 0, 1, 2, 13):
-        assert hdr_kind(SimpleNamespace(color_trc=trc)) == ""
-    assert hdr_kind(SimpleNamespace(color_trc=HLG)) == "HLG"
+        assert frame_colors(SimpleNamespace(color_trc=trc, color_primaries=1)) is None
+    found = frame_colors(SimpleNamespace(color_trc=HLG, color_primaries=BT2020))
+    assert found is not None and found.name == "BT.2020 HLG"
 
 
 @pytest.mark.skipif(DATA is None, reason="needs real captures (MOBILEGS_DATA)")
@@ -66,7 +76,7 @@ def test_a_phone_s_hlg_clip_looks_like_its_twin_without_hdr() -> None:
     if not folder.exists():
         pytest.skip("needs real captures (MOBILEGS_DATA)")
     one, other = (
-        np.asarray(upright(next(decoded(folder / name))), float)
+        np.asarray(upright(next(decoded(folder / name, find_film(folder / name)))), float)
         for name in ("hlg_iphone.mov", "sdr_same.mov")
     )
 
