@@ -40,7 +40,7 @@ def print_capture(report: "CaptureReport", output: Path) -> None:
         rest = f" and {len(names) - NAMES_MAX} more" if len(names) > NAMES_MAX else ""
         print(f"left out: {', '.join(names[:NAMES_MAX])}{rest}")
     for colors, number in report.get("converted", {}).items():
-        print(f"converted to sRGB: {number} photos with the colours {colors}")
+        print(f"converted to sRGB: {number} photos in {colors}")
     for sentence in report.get("unreadable", [])[:NAMES_MAX]:
         print(f"left out: {sentence}")
     if others := report.get("other_files"):

@@ -193,7 +193,7 @@ def conversion(colors: bytes | Colors | None, mode: str) -> Conversion | None:
     name = "a colour profile"
     try:
         if isinstance(colors, Colors):
-            name, colors = colors.name, _icc_profile(colors, grey=mode in ("L", "I;16"))
+            name, colors = colors.name, icc_profile(colors, grey=mode in ("L", "I;16"))
         profile = ImageCms.getOpenProfile(BytesIO(colors))
         name = _printable(ImageCms.getProfileDescription(profile)) or name
         if mode in ("L", "I;16") and profile.profile.xcolor_space.strip() == "RGB":
@@ -245,7 +245,7 @@ def _printable(text: str) -> str:
     return "".join(letter for letter in text if letter.isprintable()).strip()[:60]
 
 
-def _icc_profile(colors: Colors, *, grey: bool) -> bytes:
+def icc_profile(colors: Colors, *, grey: bool) -> bytes:
     """Return an ICC profile, version 4, of these colours. Raises ValueError if they span none."""
 
     def xyz(value: Float[np.ndarray, "3"]) -> bytes:
@@ -287,7 +287,7 @@ def to_xyz(
     Bradford's method. Raises ValueError if the chromaticities span no colours.
     """
     x, y = np.array(xy, float).reshape(4, 2).T
-    if not (y > 1e-4).all():
+    if not (y > 1e-5).all():
         raise ValueError("its primaries span no colours")
     own, red, green, blue = np.stack([x / y, np.ones(4), (1 - x - y) / y], axis=1)
     primaries = np.stack([red, green, blue], axis=1)

@@ -228,7 +228,7 @@ def _report_views(frames: Sequence[Frame]) -> None:
     """Say which photos are converted to sRGB, and which views stand for fisheyes and panoramas."""
     colors = {frame.image_path: frame.colors for frame in frames if frame.colors}
     for name, number in Counter(colors.values()).items():
-        log.warning("converted to sRGB: %d photos with the colours %s", number, name)
+        log.warning("converted to sRGB: %d photos in %s", number, name)
     fisheye, panoramas = [], set()
     for frame in frames:
         projection = "perspective" if frame.photo is None else frame.photo.distortion.projection

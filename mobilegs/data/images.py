@@ -74,18 +74,25 @@ def open_image(path: Path) -> Image.Image:
         ) from error
     except PIL_ERRORS as error:
         raise InputError(f"{path} cannot be read as an image ({error})") from error
-    jpeg = image.format in ("JPEG", "MPO")
-    validate_pixels(path, image.size, JPEG_PIXELS_MAX if jpeg else PIXELS_MAX)
+    try:
+        validate_pixels(path, image.size, jpeg=image.format in ("JPEG", "MPO"))
+        if any(";16" in str(tile) for tile in getattr(image, "tile", ())):
+            with decoding(path):
+                validate_depth(image.mode, colors_of(image))
+    except InputError:
+        image.close()
+        raise
     return image
 
 
-def validate_pixels(path: Path, size: tuple[int, int], most: int = PIXELS_MAX) -> None:
-    """Raise `InputError` for a photo of more than `most` pixels."""
+def validate_pixels(path: Path, size: tuple[int, int], *, jpeg: bool = False) -> None:
+    """Raise `InputError` for more pixels than can be decoded, or, of a `jpeg`, can be reduced."""
+    most = JPEG_PIXELS_MAX if jpeg else PIXELS_MAX
     if size[0] * size[1] > most:
         raise InputError(
             f"{path} has {size[0] * size[1] / 1e6:,.0f} megapixels, and at most {most / 1e6:,.0f} "
-            f"can be decoded: make it smaller, or save it as JPEG (not progressive, at most "
-            f"{JPEG_PIXELS_MAX / 1e6:,.0f} megapixels), which is reduced as it is read"
+            "can be decoded: make it smaller (a JPEG of up to "
+            f"{JPEG_PIXELS_MAX / 1e6:,.0f} megapixels, not progressive, is reduced as it is read)"
         )
 
 
@@ -139,8 +146,6 @@ def decode_srgb(
     """
     with decoding(path):
         colors = colors_of(image)
-        if any(";16" in str(tile) for tile in getattr(image, "tile", ())):
-            validate_depth(image.mode, colors)
         if image.width * image.height > REDUCED_FROM and not image.info.get("progressive"):
             image.draft(None, least)
         validate_pixels(path, image.size)
