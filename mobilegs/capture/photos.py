@@ -3,6 +3,7 @@
 import math
 import re
 import shutil
+from collections import Counter
 from dataclasses import asdict, dataclass, replace
 from os.path import commonpath
 from pathlib import Path, PurePosixPath
@@ -10,7 +11,7 @@ from typing import Any
 
 import numpy as np
 import torch
-from PIL import Image, ImageOps
+from PIL import Image
 
 from mobilegs.atomic import atomic_path, make_folder, open_input
 from mobilegs.camera import Camera
@@ -50,6 +51,7 @@ class PreparedPhoto:
         lens: photos of the same lens and size share a camera.
         sphere: whether the file says that it is a panorama of the whole sphere.
         exposure: `images.exposure_of` the original; None if unknown.
+        colors: name of the colours from which the photo was converted; empty for sRGB.
     """
 
     name: str
@@ -60,6 +62,7 @@ class PreparedPhoto:
     lens: str = ""
     sphere: bool = False
     exposure: float | None = None
+    colors: str = ""
 
 
 def list_photos(path: Path) -> list[Path]:
@@ -143,8 +146,8 @@ def prepare_photos(
 
     Existing files stay. A JPEG that needs no change is copied. With `panorama` the faces of each
     photo are written instead. Returns the record `{"photos": [PreparedPhoto as a dict, ...],
-    "unreadable": [sentence, ...]}`: damaged photos are left out. Raises InputError for two photos
-    of the same name, and if more photos are damaged than not.
+    "unreadable": [sentence, ...], "converted": count_colors}`: damaged photos are left out. Raises
+    InputError for two photos of the same name, and if more photos are damaged than not.
     """
     make_folder(folder)
     prepared, damaged, read = [], [], 0
@@ -164,7 +167,13 @@ def prepare_photos(
         progress(done, len(sources))
     if read < max(PHOTOS_MIN, len(damaged)):
         raise InputError(damaged[0])
-    return {"photos": prepared, "unreadable": damaged}
+    return {"photos": prepared, "unreadable": damaged, "converted": count_colors(prepared)}
+
+
+def count_colors(photos: list[dict[str, Any]]) -> dict[str, int]:
+    """Return the number of photos that were converted to sRGB, by the name of their colours."""
+    colors = {photo["source"]: photo["colors"] for photo in photos if photo["colors"]}
+    return dict(Counter(colors.values()))
 
 
 def prepare_photo(source: Path, target: Path, *, max_size: int) -> PreparedPhoto:
@@ -173,24 +182,26 @@ def prepare_photo(source: Path, target: Path, *, max_size: int) -> PreparedPhoto
     Raises InputError if it cannot be read.
     """
     with open_photo(source) as image, images.decoding(source):
-        exif = image.getexif()
+        exif, colors = image.getexif(), images.colors_name(image)
         details = exif.get_ifd(images.EXIF)
         exposure = images.exposure_of(image)
         sphere = b"equirectangular" in _xmp(image)
         if not target.exists():
-            image.load()  # raises for a photo that is cut off
             if target.suffix == ".jpg" and is_ready(image, max_size):
+                image.load()  # raises for a photo that is cut off
                 with atomic_path(target) as temporary:
                     shutil.copyfile(source, temporary)
             else:
-                save_photo(reduced(upright(image), max_size), target)
+                save_photo(reduced(upright(image, source, max_size), max_size), target)
     width, height = images.image_size(target)
     focal = images.exif_number(details.get(_FOCAL_35MM))
     focal = focal * math.hypot(width, height) / _DIAGONAL_35MM if focal else None
     own_focal = images.exif_number(details.get(_FOCAL))
     made_by = [exif.get(_MAKE), exif.get(_MODEL), own_focal, focal]
     lens = " ".join(str(part).strip("\0 ") for part in made_by if part)
-    return PreparedPhoto(target.name, source.name, width, height, focal, lens, sphere, exposure)
+    return PreparedPhoto(
+        target.name, source.name, width, height, focal, lens, sphere, exposure, colors
+    )
 
 
 def prepare_panorama(
@@ -198,8 +209,10 @@ def prepare_panorama(
 ) -> list[PreparedPhoto]:
     """Write the faces of a panorama. Raises InputError if it is none, or cannot be read."""
     with open_photo(source) as image, images.decoding(source):
-        picture = upright(image)
-    return save_faces(picture, folder, name, source=source, max_size=max_size)
+        colors = images.colors_name(image)
+        picture = upright(image, source, 4 * max_size)
+    faces = save_faces(picture, folder, name, source=source, max_size=max_size)
+    return [replace(face, colors=colors) for face in faces]
 
 
 def save_faces(
@@ -227,9 +240,13 @@ def save_faces(
     ]
 
 
-def upright(image: Image.Image) -> Image.Image:
-    """Return a photo as its EXIF orientation says, as RGB without transparency."""
-    return images.as_rgb(ImageOps.exif_transpose(image))
+def upright(image: Image.Image, path: Path, longest: int) -> Image.Image:
+    """Return an opened photo as its EXIF orientation says, in sRGB without transparency.
+
+    A huge photo may be reduced to not less than `longest` pixels on its longer side.
+    """
+    least = fitted(*image.size, longest)
+    return images.decode_srgb(image, path, least, upright=True).convert("RGB")
 
 
 def _xmp(image: Image.Image) -> bytes:
@@ -252,7 +269,13 @@ def open_photo(path: Path) -> Image.Image:
     needed = f"{path} is HEIC: export the photos as JPEG, or use pi-heif"
     pi_heif = extra_module("pi_heif", needed, "capture")
     try:
-        return pi_heif.open_heif(path).to_pillow()
+        photo = pi_heif.open_heif(path)
+        images.validate_pixels(path, photo.size)
+        image = photo.to_pillow()
+        points = image.info.pop("nclx_profile", None) or {}
+        if "color_primaries" in points:
+            image.info["cicp"] = (points["color_primaries"], points["transfer_characteristics"])
+        return image
     except (*images.PIL_ERRORS, RuntimeError) as error:
         raise InputError(f"{path} cannot be read as an image ({error})") from error
 
@@ -289,6 +312,10 @@ def reduced(picture: Image.Image, longest: int) -> Image.Image:
 
 
 def is_ready(image: Image.Image, longest: int) -> bool:
-    """Return whether a photo can be copied: an upright JPEG in colour, small enough."""
+    """Return whether a photo can be copied: an upright JPEG in sRGB, small enough."""
     plain = image.format == "JPEG" and image.mode == "RGB" and max(image.size) <= longest
-    return plain and image.getexif().get(_ORIENTATION, 1) not in range(2, 9)
+    return (
+        plain
+        and not images.colors_name(image)
+        and image.getexif().get(_ORIENTATION, 1) not in range(2, 9)
+    )

@@ -99,7 +99,8 @@ class CaptureReport(TypedDict):
         photos: number of photos.
         registered: number of photos that got a pose.
         left_out: names of the others.
-        hdr: transfer function of an HDR video, whose frames were converted to sRGB; else empty.
+        converted: number of photos or frames that were converted to sRGB, by the name of their
+            colours.
         unreadable: a sentence for each photo that cannot be read.
         other_files: number of files beside the photos that are none, by kind.
         features_a_photo: mean number of features.
@@ -122,7 +123,7 @@ class CaptureReport(TypedDict):
     photos: int
     registered: int
     left_out: list[str]
-    hdr: str
+    converted: dict[str, int]
     unreadable: list[str]
     other_files: dict[str, int]
     features_a_photo: int
@@ -338,7 +339,7 @@ def finish(given: StageInputs, photos: list[PreparedPhoto]) -> dict[str, Any]:
         "photos": len(sources(photos)),
         "registered": len(placed(photos, mapped)),
         "left_out": left_out(photos, mapped),
-        "hdr": records["photos"].get("hdr", ""),
+        "converted": records["photos"].get("converted", {}),
         "unreadable": records["photos"].get("unreadable", []),
         "other_files": {} if is_video(given.run.source) else other_files(given.inputs),
         "features_a_photo": records["features"]["features"],

@@ -1,25 +1,28 @@
 """Extracts the sharpest frame of each of many equal intervals of a video."""
 
+import logging
 from collections.abc import Iterator
 from dataclasses import asdict, replace
+from fractions import Fraction
 from itertools import groupby
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
-from jaxtyping import UInt8
+from jaxtyping import Float, UInt8
 from PIL import Image
 
 from mobilegs.atomic import file_size, make_folder
-from mobilegs.capture.hdr import hdr_kind, sdr_pixels
 from mobilegs.capture.photos import (
     PHOTOS_MIN,
     PreparedPhoto,
+    count_colors,
     fitted,
     reduced,
     save_faces,
     save_photo,
 )
+from mobilegs.data.color import Colors, h273_colors, sdr_pixels, to_srgb
 from mobilegs.errors import InputError
 from mobilegs.extras import extra_module
 from mobilegs.progress_display import Advance
@@ -28,6 +31,25 @@ SUFFIXES = (".mp4", ".mov", ".m4v", ".mkv", ".webm", ".avi", ".3gp")
 FRAMES_PER_SECOND = 3  # if no number is given
 FRAMES_MAX = 240  # if no number is given
 SHARPNESS_SIZE = 640  # pixels, longer side: averages noise away, but not motion blur
+SHAPE_MAX = 8  # width of a pixel divided by its height, or the inverse: more is damaged
+UNSPECIFIED = 2  # matrix of H.273
+
+log = logging.getLogger(__name__)
+
+
+class Film(NamedTuple):
+    """The stream of a video file that is the film.
+
+    Attributes:
+        stream: index in the file.
+        first, last: times of its first and last frame, seconds.
+        shape: width of a pixel divided by its height.
+    """
+
+    stream: int
+    first: float
+    last: float
+    shape: Fraction = Fraction(1)
 
 
 def is_video(path: Path) -> bool:
@@ -47,40 +69,44 @@ def prepare_video(
     """Write the sharpest frame of each of `frames` equal intervals of a video to `folder`.
 
     With `frames` None there are `FRAMES_PER_SECOND` per second and at most `FRAMES_MAX`. Frames
-    are rotated as the video says, converted from HDR to sRGB, and reduced to at most `max_size`
-    pixels on the longer side; with `panorama` their faces are written instead. Returns the record
-    `{"photos": [PreparedPhoto as a dict, ...], "hdr": "HLG", "PQ" or ""}`. Raises InputError if the
-    file has no video, or too few frames.
+    are rotated as the video says, converted to sRGB, with square pixels, and reduced to at most
+    `max_size` pixels on the longer side; with `panorama` their faces are written instead. Returns
+    the record `{"photos": [PreparedPhoto as a dict, ...], "converted": count_colors}`. Raises
+    InputError if the file has no video, or too few frames.
     """
-    first, last = time_span(video)
+    film = find_film(video)
+    first, last = film.first, film.last
     count = frames or max(PHOTOS_MIN, min(FRAMES_MAX, round((last - first) * FRAMES_PER_SECOND)))
     make_folder(folder)
     photos: list[dict[str, Any]] = []
-    saved, kind = 0, ""
+    saved = 0
 
     def interval_of(frame: Any) -> int:
         return min(count - 1, int((frame.time - first) / max(last - first, 1e-9) * count))
 
-    for interval, frames_of_interval in groupby(decoded(video), interval_of):
+    for interval, frames_of_interval in groupby(decoded(video, film), interval_of):
         progress(interval, count)
         best = max(frames_of_interval, key=lambda frame: sharpness(small_grey(frame)))
-        saved, kind = saved + 1, kind or hdr_kind(best)
+        colors = frame_colors(best)
+        saved += 1
         name, source = f"frame_{saved:04d}.jpg", f"{video.name} at {best.time:.2f} s"
-        picture = upright(best)
+        picture = upright(best, film.shape)
         if panorama:
             faces = save_faces(picture, folder, name, source=video, max_size=max_size)
-            photos += [asdict(replace(face, source=source)) for face in faces]
+            made = [replace(face, source=source) for face in faces]
         else:
             picture = reduced(picture, max_size)
             save_photo(picture, folder / name)
-            photos.append(asdict(PreparedPhoto(name, source, *picture.size)))
+            made = [PreparedPhoto(name, source, *picture.size)]
+        named = colors.name if colors else ""
+        photos += [asdict(replace(photo, colors=named)) for photo in made]
     progress(count, count)
     if saved < PHOTOS_MIN:
         raise InputError(
             f"{video} has only {saved} frames: a scene needs at least {PHOTOS_MIN}, and 30 or "
             "more to look good"
         )
-    return {"photos": photos, "hdr": kind}
+    return {"photos": photos, "converted": count_colors(photos)}
 
 
 def sharpness(grey: UInt8[np.ndarray, "h w"]) -> float:
@@ -91,10 +117,11 @@ def sharpness(grey: UInt8[np.ndarray, "h w"]) -> float:
     return float(laplacian.var()) if laplacian.size else 0.0
 
 
-def time_span(video: Path) -> tuple[float, float]:
-    """Return the times of the first and last frame in seconds, without decoding.
+def find_film(video: Path) -> Film:
+    """Return the film in a video file, without decoding.
 
-    Raises InputError if the file has no video.
+    Attached pictures and thumbnails are none. Of several streams it is the largest one with at
+    least half as many frames as the longest. Raises InputError if the file has no video.
     """
     av = library()
     file_size(video)  # raises for a pipe
@@ -102,26 +129,59 @@ def time_span(video: Path) -> tuple[float, float]:
         with av.open(str(video)) as container:
             if not container.streams.video:
                 raise InputError(f"{video} has no video stream, or is damaged")
-            times = [
-                float(packet.pts * packet.time_base)
-                for packet in container.demux(container.streams.video[0])
-                if packet.pts is not None and packet.time_base is not None
-            ]
+            films = [each for each in container.streams.video if not each.disposition & pictures()]
+            streams = films or list(container.streams.video)
+            times: dict[int, list[float]] = {each.index: [] for each in streams}
+            for packet in container.demux(streams):
+                if packet.pts is not None and packet.time_base is not None:
+                    times[packet.stream_index].append(float(packet.pts * packet.time_base))
+            longest = max(len(found) for found in times.values())
+            film = max(
+                (each for each in streams if 2 * len(times[each.index]) >= longest),
+                key=lambda each: (each.width * each.height, len(times[each.index])),
+            )
+            shape = film.sample_aspect_ratio or Fraction(1)
+            index, size = film.index, (film.width, film.height)
     except InputError:
         raise
     except (av.FFmpegError, OSError, ValueError) as error:
         raise InputError(f"{video} cannot be read as a video ({error})") from error
-    if not times:
+    found = times.pop(index)
+    if not found:
         raise InputError(f"{video} has no frames; record it again")
-    return min(times), max(times)
+    if any(times.values()):
+        log.warning(
+            "%s has %d video streams: the one of %dx%d pixels with %d frames is used",
+            *(video, len(times) + 1, *size, len(found)),
+        )
+    if not 1 / SHAPE_MAX <= shape <= SHAPE_MAX:
+        log.warning("%s says that its pixels are %s as wide as high: ignored", video, shape)
+        shape = Fraction(1)
+    if shape != 1:
+        width, height = display_size(*size, shape)
+        log.warning("%s has pixels that are not square: frames of %dx%d", video, width, height)
+    return Film(index, min(found), max(found), shape)
 
 
-def decoded(video: Path) -> Iterator[Any]:
+def pictures() -> int:
+    """Return the dispositions of streams that are no films."""
+    kinds = library().stream.Disposition
+    return kinds.attached_pic | kinds.timed_thumbnails | kinds.still_image
+
+
+def display_size(width: int, height: int, shape: Fraction) -> tuple[int, int]:
+    """Return the size at which players show a frame; the side that is too short grows."""
+    if shape >= 1:
+        return round(width * shape), height
+    return width, round(height / shape)
+
+
+def decoded(video: Path, film: Film) -> Iterator[Any]:
     """Yield the undamaged frames of a video in display order."""
     av = library()
     try:
         with av.open(str(video)) as container:
-            stream = container.streams.video[0]
+            stream = container.streams[film.stream]
             stream.thread_type = "AUTO"
             for frame in container.decode(stream):
                 if frame.time is not None and not frame.is_corrupt:
@@ -136,9 +196,24 @@ def small_grey(frame: Any) -> UInt8[np.ndarray, "h w"]:
     return frame.reformat(width=width, height=height, format="gray").to_ndarray()
 
 
-def upright(frame: Any) -> Image.Image:
-    """Return a frame as an image in sRGB, rotated as the video says."""
-    picture = Image.fromarray(sdr_pixels(frame)) if hdr_kind(frame) else frame.to_image()
+def frame_colors(frame: Any) -> Colors | None:
+    """Return the colours that a frame is tagged with; None for sRGB, and if it has no tags."""
+    return h273_colors(int(frame.color_primaries or 0), int(frame.color_trc or 0))
+
+
+def upright(frame: Any, shape: Fraction = Fraction(1)) -> Image.Image:
+    """Return a frame as an image in sRGB, at its display size, rotated as the video says.
+
+    `shape` is the width of a pixel divided by its height.
+    """
+    colors = frame_colors(frame)
+    if colors is not None and colors.hdr:
+        picture = Image.fromarray(sdr_pixels(hdr_signal(frame), colors))
+    else:
+        picture = to_srgb(frame.to_image(src_colorspace=matrix_of(frame)), colors)
+    if shape != 1:
+        size = display_size(*picture.size, shape)
+        picture = picture.resize(size, Image.Resampling.LANCZOS)
     turns = {
         90: Image.Transpose.ROTATE_90,
         180: Image.Transpose.ROTATE_180,
@@ -146,6 +221,33 @@ def upright(frame: Any) -> Image.Image:
     }
     turn = turns.get(round(frame.rotation) % 360)
     return picture if turn is None else picture.transpose(turn)
+
+
+def matrix_of(frame: Any) -> str | None:
+    """Return the matrix from YUV to RGB of a frame without a tag, as players choose it.
+
+    It is that of BT.709 from 720 lines or 1280 columns on, else that of BT.601. None if the frame
+    says which.
+    """
+    if int(frame.colorspace) != UNSPECIFIED or frame.format.is_rgb:
+        return None
+    return "ITU709" if frame.height >= 720 or frame.width >= 1280 else "ITU601"
+
+
+def hdr_signal(frame: Any) -> Float[np.ndarray, "h w 3"]:
+    """Return a frame of HDR, in the YUV of BT.2020, as R'G'B' in [0, 1], not rotated."""
+    planes = frame.reformat(format="yuv444p16le").to_ndarray().astype(np.float64)
+    if planes.shape[0] != 3:
+        planes = np.moveaxis(planes, -1, 0)
+    luma, blue, red = planes / (1 << 16)
+    if int(frame.color_range or 0) == 2:  # full range
+        luma, blue, red = luma, blue - 0.5, red - 0.5
+    else:
+        luma = (luma - 16 / 256) * 256 / 219
+        blue, red = ((chroma - 0.5) * 256 / 224 for chroma in (blue, red))
+    return np.stack(
+        [luma + 1.4746 * red, luma - 0.164553 * blue - 0.571353 * red, luma + 1.8814 * blue], axis=2
+    ).clip(0, 1)
 
 
 def library() -> Any:

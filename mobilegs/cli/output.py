@@ -40,8 +40,8 @@ def print_capture(report: "CaptureReport", output: Path) -> None:
         names = report["left_out"]
         rest = f" and {len(names) - NAMES_MAX} more" if len(names) > NAMES_MAX else ""
         print(printable(f"left out: {', '.join(names[:NAMES_MAX])}{rest}"))
-    if kind := report.get("hdr"):
-        print(f"the video is HDR ({kind}): its frames were converted to sRGB")
+    for colors, number in report.get("converted", {}).items():
+        print(printable(f"converted to sRGB: {number} photos in {colors}"))
     for sentence in report.get("unreadable", [])[:NAMES_MAX]:
         print(printable(f"left out: {sentence}"))
     if others := report.get("other_files"):

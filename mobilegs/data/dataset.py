@@ -1,6 +1,7 @@
 """Datasets of posed photos, and a loader that decodes, caches and prefetches them."""
 
 import logging
+from collections import Counter
 from collections.abc import Callable, Iterable, Sequence
 from concurrent.futures import Future, ThreadPoolExecutor
 from dataclasses import dataclass, replace
@@ -47,6 +48,7 @@ class Frame:
         background: RGB in [0, 1], used by `over`.
         pixels: the photo in memory, `[h, w, 3]` uint8.
         exposure: `images.exposure_of` the photo that was taken; None if that is not known.
+        colors: name of the colours from which the photo is converted; empty for sRGB.
     """
 
     name: str
@@ -59,6 +61,7 @@ class Frame:
     background: Color = (0.0, 0.0, 0.0)
     pixels: UInt8[Tensor, "h w 3"] | None = None
     exposure: float | None = None
+    colors: str = ""
 
 
 @dataclass(frozen=True, eq=False)
@@ -222,7 +225,10 @@ def split_every_eighth(frames: Sequence[Frame]) -> tuple[list[Frame], list[Frame
 
 
 def _report_views(frames: Sequence[Frame]) -> None:
-    """Say which views stand for fisheye photos and for panoramas."""
+    """Say which photos are converted to sRGB, and which views stand for fisheyes and panoramas."""
+    colors = {frame.image_path: frame.colors for frame in frames if frame.colors}
+    for name, number in Counter(colors.values()).items():
+        log.warning("converted to sRGB: %d photos in %s", number, name)
     fisheye, panoramas = [], set()
     for frame in frames:
         projection = "perspective" if frame.photo is None else frame.photo.distortion.projection
@@ -415,7 +421,8 @@ def posed_frames(
     read. Raises `InputError` if a file cannot be read, if the aspect ratios of camera, photo and
     mask differ, or if the lens leaves no view.
     """
-    size = images.image_size(image_path)
+    with images.open_image(image_path) as image, images.decoding(image_path):
+        size, colors = image.size, images.colors_name(image)
     recorded = (camera.width, camera.height)
     if not images.same_shape(size, recorded):
         raise InputError(
@@ -439,6 +446,7 @@ def posed_frames(
             group=group or (name if view.face else ""),
             alpha=alpha,
             background=background,
+            colors=colors,
         )
         for view in views
     ]

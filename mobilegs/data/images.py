@@ -1,7 +1,9 @@
 """Reads photos and masks from disk: sizes, and pixels averaged down to a given size."""
 
 import math
+import re
 import struct
+import threading
 import zlib
 from collections.abc import Iterable, Iterator
 from contextlib import contextmanager
@@ -9,16 +11,31 @@ from pathlib import Path
 
 import numpy as np
 from jaxtyping import Bool, UInt8
-from PIL import Image
+from PIL import Image, ImageOps, UnidentifiedImageError
 from scipy.sparse import csr_array
 
 from mobilegs.atomic import file_size
+from mobilegs.data.color import (
+    ADOBE,
+    Colors,
+    h273_colors,
+    name_of,
+    png_colors,
+    to_srgb,
+    validate_depth,
+)
 from mobilegs.errors import InputError
 
 SUFFIXES = (".jpg", ".jpeg", ".png", ".webp", ".bmp", ".tif", ".tiff", ".avif")
 WIDTH_MAX = 1600  # pixels: wider photos are downscaled if no factor is given, as in 3DGS
 
+# larger JPEG photos are reduced as they are read; 200 megapixels would take 800 MB
+REDUCED_FROM = 64_000_000  # pixels
+PIXELS_MAX = 180_000_000  # that are decoded at once; PIL's own limit is as high
+JPEG_PIXELS_MAX = 1_000_000_000
+
 EXIF, TIME, F_NUMBER, ISO = 0x8769, 0x829A, 0x829D, 0x8827  # tags
+COLOR_SPACE, INTEROP, INTEROP_INDEX = 0xA001, 0xA005, 1
 
 # of SUFFIXES; of PIL's others, EPS would start Ghostscript
 FORMATS = ("JPEG", "PNG", "WEBP", "BMP", "TIFF", "AVIF")
@@ -27,6 +44,8 @@ PIL_ERRORS = (
     ArithmeticError, AssertionError, AttributeError, EOFError, LookupError, OSError, RuntimeError,
     SyntaxError, TypeError, ValueError, struct.error, zlib.error, Image.DecompressionBombError,
 )  # fmt: skip
+
+_unlimited = threading.Lock()  # held while PIL's limit of pixels, a global, is lifted
 
 
 def is_file(path: Path) -> bool:
@@ -38,12 +57,108 @@ def is_file(path: Path) -> bool:
 
 
 def open_image(path: Path) -> Image.Image:
-    """Open an image without decoding it. Raises `InputError` if it is not an image."""
+    """Open an image without decoding it. Raises `InputError` if it is none, or is too large."""
     file_size(path)  # raises for a pipe, at which PIL would wait
     try:
-        return Image.open(path, formats=FORMATS)
+        with _unlimited:
+            limit, Image.MAX_IMAGE_PIXELS = Image.MAX_IMAGE_PIXELS, None
+            try:
+                image = Image.open(path, formats=FORMATS)
+            finally:
+                Image.MAX_IMAGE_PIXELS = limit
+        if image.format in ("PNG", "AVIF"):
+            image.info.update(_code_points(path))
+    except UnidentifiedImageError as error:
+        kinds = ", ".join(FORMATS)
+        raise InputError(
+            f"{path} cannot be read as an image: it is damaged, or not {kinds} with 8 or 16 bits "
+            "per channel"
+        ) from error
     except PIL_ERRORS as error:
         raise InputError(f"{path} cannot be read as an image ({error})") from error
+    try:
+        validate_pixels(path, image.size, jpeg=image.format in ("JPEG", "MPO"))
+        if any(";16" in str(tile) for tile in getattr(image, "tile", ())):
+            with decoding(path):
+                validate_depth(image.mode, colors_of(image))
+    except InputError:
+        image.close()
+        raise
+    return image
+
+
+def validate_pixels(path: Path, size: tuple[int, int], *, jpeg: bool = False) -> None:
+    """Raise `InputError` for more pixels than can be decoded, or, of a `jpeg`, can be reduced."""
+    most = JPEG_PIXELS_MAX if jpeg else PIXELS_MAX
+    if size[0] * size[1] > most:
+        raise InputError(
+            f"{path} has {size[0] * size[1] / 1e6:,.0f} megapixels, and at most {most / 1e6:,.0f} "
+            "can be decoded: make it smaller (a JPEG of up to "
+            f"{JPEG_PIXELS_MAX / 1e6:,.0f} megapixels, not progressive, is reduced as it is read)"
+        )
+
+
+def _code_points(path: Path) -> dict[str, tuple[int, int]]:
+    """Return `{"cicp": (primaries, transfer)}` of H.273 if a PNG or AVIF file has them."""
+    with path.open("rb") as file:
+        head = file.read(1 << 16)
+    chunk = re.search(rb"\0\0\0\x04cICP(.)(.)|colrnclx\0(.)\0(.)", head, re.DOTALL)
+    if chunk is None:
+        return {}
+    primaries, transfer = (number[0] for number in chunk.groups() if number is not None)
+    return {"cicp": (primaries, transfer)}
+
+
+def colors_of(image: Image.Image) -> bytes | Colors | None:
+    """Return the ICC profile of an opened image, or what else it says of its colours.
+
+    None is sRGB, or that it says nothing. The precedence is that of the specifications of PNG and
+    of AVIF and HEIC.
+    """
+    info = image.info
+    if "cicp" in info and (image.format == "PNG" or not info.get("icc_profile")):
+        return h273_colors(*info["cicp"])
+    if info.get("icc_profile"):
+        return bytes(info["icc_profile"])
+    if image.format == "PNG":
+        known = "srgb" not in info
+        return png_colors(info.get("gamma"), info.get("chromaticity")) if known else None
+    try:
+        exif = image.getexif()
+        space = exif.get_ifd(EXIF).get(COLOR_SPACE)
+        index = str(exif.get_ifd(INTEROP).get(INTEROP_INDEX, ""))
+    except PIL_ERRORS:
+        return None
+    return ADOBE if space == 2 or (space != 1 and index.startswith("R03")) else None
+
+
+def colors_name(image: Image.Image) -> str:
+    """Return the name of the colours of an opened image; empty for sRGB."""
+    return name_of(image.mode, colors_of(image))
+
+
+def decode_srgb(
+    image: Image.Image, path: Path, least: tuple[int, int], *, upright: bool = False
+) -> Image.Image:
+    """Decode an opened photo to RGB or RGBA with 8 bits per channel in sRGB.
+
+    A JPEG of more than `REDUCED_FROM` pixels is reduced by 2, 4 or 8 as it is read, to not less
+    than `least`, width and height in stored pixels. `upright` turns the photo as its EXIF says.
+    Raises `InputError` for `path` if the photo is damaged or too large.
+    """
+    with decoding(path):
+        colors = colors_of(image)
+        if image.width * image.height > REDUCED_FROM and not image.info.get("progressive"):
+            image.draft(None, least)
+        validate_pixels(path, image.size)
+        image.load()
+        if upright:
+            ImageOps.exif_transpose(image, in_place=True)
+        picture = to_srgb(image, colors)
+        if _has_alpha(image):
+            picture.putalpha(_alpha_channel(image))
+    picture.info = {}  # of other colours
+    return picture
 
 
 @contextmanager
@@ -113,17 +228,16 @@ def same_shape(size: tuple[int, int], other: tuple[int, int]) -> bool:
 def read_pixels(
     path: Path, width: int, height: int, *, over: tuple[float, float, float] | None
 ) -> tuple[UInt8[np.ndarray, "h w 3"], Bool[np.ndarray, "h w"] | None]:
-    """Decode a photo and average it down to `width` x `height` pixels.
+    """Decode a photo, convert it to sRGB and average it down to `width` x `height` pixels.
 
     Returns (sRGB, opaque). A transparent image is composited over the colour `over`, RGB in
     [0, 1]. With `over` None its colours stay, and `opaque` is True where all averaged pixels are
     opaque; in all other cases `opaque` is None. Raises `InputError` if it cannot be decoded.
     """
-    with open_image(path) as image, decoding(path):
-        image.load()
-        if not _has_alpha(image):
-            return np.asarray(_boxed(as_rgb(image), width, height)), None
-        rgba = image.convert("RGBA")
+    with open_image(path) as image:
+        rgba = decode_srgb(image, path, (width, height))
+    if rgba.mode == "RGB":
+        return np.asarray(_boxed(rgba, width, height)), None
     alpha, rgb = rgba.getchannel("A"), rgba.convert("RGB")
     if over is None:
         return np.asarray(_boxed(rgb, width, height)), _solid(alpha, width, height)
@@ -184,11 +298,11 @@ def _has_alpha(image: Image.Image) -> bool:
     return image.mode in ("RGBA", "LA", "PA", "RGBa", "La") or "transparency" in image.info
 
 
-def as_rgb(image: Image.Image) -> Image.Image:
-    """Return the image as RGB with 8 bits per channel; transparency is dropped."""
-    if image.mode.startswith("I;16"):  # convert() would clip 16-bit grey to white
-        image = Image.fromarray((np.asarray(image).astype(np.uint16) >> 8).astype(np.uint8))
-    return image.convert("RGB")
+def _alpha_channel(image: Image.Image) -> Image.Image:
+    if image.mode == "I;16":  # convert() would clip to 8 bits
+        shown = np.asarray(image) != image.info["transparency"]
+        return Image.fromarray(shown.astype(np.uint8) * 255)
+    return image.convert("RGBA").getchannel("A")
 
 
 def _boxed(image: Image.Image, width: int, height: int) -> Image.Image:

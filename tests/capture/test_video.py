@@ -1,6 +1,7 @@
 """Frames of videos: selection, rotation, and errors for invalid videos."""
 
 import sys
+from fractions import Fraction
 from pathlib import Path
 
 import numpy as np
@@ -8,7 +9,7 @@ import pytest
 from PIL import Image
 
 from mobilegs.capture import CaptureRun, capture_photos, is_capture_source
-from mobilegs.capture.video import prepare_video, time_span, upright
+from mobilegs.capture.video import decoded, find_film, prepare_video, upright
 from mobilegs.errors import InputError
 from tests.support.layered_photos import blurred, layered_photo
 
@@ -17,12 +18,19 @@ av = pytest.importorskip("av", reason="needs the extra capture")
 RATE = 10  # frames per second
 
 
-def write_video(path: Path, frames: list[Image.Image], *, rotation: int = 0) -> Path:
+def write_video(
+    path: Path,
+    frames: list[Image.Image],
+    *,
+    rotation: int = 0,
+    shape: Fraction = Fraction(1),
+) -> Path:
     """Write a video with `RATE` frames per second, which players rotate counterclockwise."""
     with av.open(str(path), "w") as container:
         stream = container.add_stream("mpeg4", rate=RATE, bit_rate=8_000_000)
         stream.width, stream.height = frames[0].size
         stream.pix_fmt = "yuv420p"
+        stream.codec_context.sample_aspect_ratio = shape
         if rotation:
             stream.set_display_rotation(rotation)
         for frame in frames:
@@ -43,7 +51,8 @@ def test_the_sharpest_frame_of_each_interval_is_taken(tmp_path: Path) -> None:
         for photo in [layered_photo((0.02 * index, 0))]
     ]
     video = write_video(tmp_path / "video.mp4", frames)
-    assert time_span(video) == (0.0, 1.9)
+    film = find_film(video)
+    assert (film.stream, film.first, film.last, film.shape) == (0, 0.0, 1.9, 1)
     found = prepare_video(video, tmp_path / "out", frames=4, max_size=120, progress=no_progress)
     taken = [photo["source"] for photo in found["photos"]]
     assert taken == [f"video.mp4 at {index / RATE:.2f} s" for index in sorted(sharp)]
@@ -63,6 +72,90 @@ def test_frames_are_rotated_as_the_video_says(tmp_path: Path) -> None:
         assert picture.size == expected.size
         errors = np.asarray(picture, float) - np.asarray(expected, float)
         assert np.abs(errors).mean() < 12
+
+
+def film_of(path: Path) -> Image.Image:
+    film = find_film(path)
+    return upright(next(decoded(path, film)), film.shape)
+
+
+@pytest.mark.parametrize(
+    ("size", "shape", "rotation", "shown"),
+    [
+        ((96, 72), Fraction(4, 3), 0, (128, 72)),  # as HDV and AVCHD
+        ((72, 48), Fraction(8, 9), 0, (72, 54)),  # as DV of 60 Hz
+        ((96, 72), Fraction(4, 3), 90, (72, 128)),
+        ((96, 72), Fraction(10, 1), 0, (96, 72)),  # damaged
+    ],
+)
+def test_frames_have_their_display_size(
+    size: tuple[int, int],
+    shape: Fraction,
+    rotation: int,
+    shown: tuple[int, int],
+    tmp_path: Path,
+    caplog: pytest.LogCaptureFixture,
+) -> None:
+    photo = layered_photo((0, 0)).resize(size)
+    video = write_video(tmp_path / "video.mp4", [photo] * 3, rotation=rotation, shape=shape)
+    assert film_of(video).size == shown
+    assert "pixels" in caplog.text
+
+
+@pytest.mark.parametrize("cover", [True, False])
+def test_the_film_is_not_the_cover(
+    cover: bool, tmp_path: Path, caplog: pytest.LogCaptureFixture
+) -> None:
+    video = tmp_path / "video.mp4"
+    with av.open(str(video), "w") as container:
+        streams = []
+        for size in ((320, 240), (96, 72)):
+            stream = container.add_stream("mjpeg" if size[0] == 320 else "mpeg4", rate=RATE)
+            stream.width, stream.height = size
+            stream.pix_fmt = "yuvj420p" if size[0] == 320 else "yuv420p"
+            streams.append(stream)
+        if cover:
+            streams[0].disposition = av.stream.Disposition.attached_pic
+        for number, stream in zip((1, 6), streams, strict=True):
+            picture = Image.new("RGB", (stream.width, stream.height), (90, 90, 90))
+            for _ in range(number):
+                container.mux(stream.encode(av.VideoFrame.from_image(picture)))
+            container.mux(stream.encode())
+    assert film_of(video).size == (96, 72)
+    record = prepare_video(video, tmp_path / "out", frames=3, max_size=200, progress=no_progress)
+    assert len(record["photos"]) == 3 and record["converted"] == {}
+    assert cover or "the one of 96x72 pixels with 6 frames is used" in caplog.text
+
+
+RED = (200, 40, 60)
+
+
+@pytest.mark.parametrize(
+    ("size", "matrix", "tag", "color_range"),
+    [
+        ((1280, 720), "ITU709", 2, 1),
+        ((406, 720), "ITU709", 2, 1),
+        ((640, 480), "ITU601", 2, 1),
+        ((640, 480), "ITU709", 1, 1),
+        ((1280, 720), "ITU601", 6, 1),
+        ((1280, 720), "ITU709", 2, 2),
+    ],
+)
+def test_frames_have_the_matrix_and_the_range_of_players(
+    size: tuple[int, int], matrix: str, tag: int, color_range: int
+) -> None:
+    frame = av.VideoFrame.from_image(Image.new("RGB", size, RED))
+    frame = frame.reformat(format="yuv444p", dst_colorspace=matrix, dst_color_range=color_range)
+    frame.colorspace, frame.color_range = tag, color_range
+    frame.color_primaries = frame.color_trc = 2
+    assert np.abs(np.asarray(upright(frame), int) - RED).max() <= 3
+
+
+def test_frames_without_hdr_have_the_primaries_of_their_tags() -> None:
+    frame = av.VideoFrame.from_image(Image.new("RGB", (64, 48), (207, 74, 34)))
+    frame = frame.reformat(format="yuv444p", dst_colorspace="BT2020")
+    frame.colorspace, frame.color_primaries, frame.color_trc = 9, 9, 14
+    assert np.abs(np.asarray(upright(frame), int) - (255, 0, 0)).max() <= 5
 
 
 @pytest.mark.thorough
