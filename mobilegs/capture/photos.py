@@ -35,15 +35,19 @@ OUR_FILES = ("config.json", "capture.json", "photos.json")
 # images that are no photos, by the name of a folder, or the first or last part of a file's name
 NOT_PHOTOS = {
     "masks": r"(dynamic_)?masks?",
-    "depth maps": r"depths?(_?maps?|_images)?",
+    "depth maps": r"(\w+_)?depths?(_?maps?|_\w+)?",
     "confidence maps": r"conf(idence)?s?(_?maps?)?",
-    "normal maps": r"normals|normals?_?maps?",
+    "normal maps": r"normals?(_?maps?|_from_\w+)?",
     "label maps": r"segmentations?|semantics?|label_?maps?",
     "thumbnails and previews": r"thumb(nail)?s?|previews?|@eadir",
     "textures": r"textures?|textured(_output)?|diffuse|albedo|basecolor|roughness|metallic",
 }
 # folders with the photos of another folder, as a program changed them
 CHANGED = r"(corrected|undistorted|rectified|edited|enhanced)(_\w+)?|\w+_(undistorted|edited)"
+# of several files of a photo in a folder, those that are not used, and endings of their names
+SECOND_FORMATS = ("camera raws", "smaller versions", "edits", "HEIC photos")
+SMALLER = r"[ _-]+(\(?small\)?|resized|scaled|\d+x\d+)"
+EDITED = r"(-edited|~\d+)"
 RAW_FOLDERS = ("raw", "raws", *(suffix[1:] for suffix in RAW))
 JPEG_FOLDERS = ("jpg", "jpgs", "jpeg", "jpegs", "heic")
 # camera poses that are not read: the tool that writes them, the file, and a text in it
@@ -198,14 +202,15 @@ def _matches(pattern: str, name: str) -> bool:
 def _second_formats(photos: list[Path]) -> dict[Path, str]:
     """Return the files with another file of the same photo beside them, and their kind.
 
-    A JPEG goes before HEIC, an original before an edit (IMG_E1234 is one of IMG_1234), and both
-    before a camera raw. The JPEG of a raw may be in a folder next to it, as in raw/1.dng.
+    A JPEG goes before HEIC, an original before an edit (IMG_E1234 is one of IMG_1234) and before a
+    smaller version, and all before a camera raw, which may lie in a folder of its own (raw/1.dng).
     """
     second: dict[Path, str] = {}
     shots: dict[tuple[Path, str], list[Path]] = {}
     for photo in photos:
         name = re.sub(r"^img_e(?=\d)", "img_", photo.stem.lower())
-        name = re.sub(r"-edited$|(\.raw-\d+)?(\.mp)?(\.cover|\.original)?$", "", name)
+        for ending in (SMALLER, EDITED, r"(\.raw-\d+)?(\.mp)?(\.cover|\.original)?"):
+            name = re.sub(f"{ending}$", "", name)
         folder = photo.parent.name.lower()
         apart = folder in JPEG_FOLDERS or (folder in RAW_FOLDERS and photo.suffix.lower() in RAW)
         shots.setdefault((photo.parent.parent if apart else photo.parent, name), []).append(photo)
@@ -213,16 +218,16 @@ def _second_formats(photos: list[Path]) -> dict[Path, str]:
         ranks = {file: _rank(file) for file in files}
         for file, rank in ranks.items():
             if rank > min(ranks.values()):
-                kind = "camera raws" if rank >= 4 else "edits" if rank >= 2 else "HEIC photos"
+                kind = SECOND_FORMATS[rank.index(True)]
                 second[file] = f"{kind} beside another file of the photo"
     return second
 
 
-def _rank(photo: Path) -> int:
-    """Return 4 for a camera raw plus 2 for an edit plus 1 for HEIC: the least is the one to use."""
+def _rank(photo: Path) -> tuple[bool, ...]:
+    """Return for each of `SECOND_FORMATS` whether a photo is one: the least is the one to use."""
     suffix = photo.suffix.lower()
-    edit = _matches(r"img_e\d+|.+-edited", photo.stem)
-    return 4 * (suffix in RAW) + 2 * edit + (suffix in HEIC)
+    edited = _matches(rf"img_e\d+|.+{EDITED}", photo.stem)
+    return suffix in RAW, _matches(f".+{SMALLER}", photo.stem), edited, suffix in HEIC
 
 
 def _second_versions(photos: list[Path], root: Path) -> dict[Path, str]:
@@ -244,7 +249,7 @@ def _second_versions(photos: list[Path], root: Path) -> dict[Path, str]:
 
 
 def _is_second(one: Path, other: Path) -> bool:
-    """Return whether `one` is a copy, a smaller version or a changed version of `other`."""
+    """Return whether `one` is a copy of `other`, smaller, changed, or in a format to avoid."""
     if one.stat().st_size == other.stat().st_size and filecmp.cmp(one, other, shallow=False):
         return one > other
     try:
@@ -255,16 +260,24 @@ def _is_second(one: Path, other: Path) -> bool:
     changed, other_changed = (_matches(CHANGED, each.parent.name) for each in (one, other))
     if changed != other_changed:
         return (math.prod(size), other_changed) < (math.prod(other_size), changed)
+    turned = (np.rot90(other_look, turns) for turns in range(4))  # EXIF turns photos
+    if min(abs(look - each).mean() for each in turned) > SAME_LOOK:
+        return False
+    if size == other_size:
+        return PHOTOS.index(one.suffix.lower()) > PHOTOS.index(other.suffix.lower())
     shape = size[0] * other_size[1] / (size[1] * other_size[0])
-    return size < other_size and abs(shape - 1) < 0.03 and abs(look - other_look).mean() < SAME_LOOK
+    return size < other_size and abs(shape - 1) < 0.03
 
 
 def _look(photo: Path) -> tuple[list[int], np.ndarray]:
-    """Return the shorter and the longer side of a photo, and 16x16 grey values in 0..255."""
+    """Return the shorter and the longer side of a photo, and 16x16 grey values in 0..255.
+
+    The photo is as it is stored. Raises InputError if it cannot be decoded.
+    """
     with open_photo(photo) as image, images.decoding(photo):
         size = sorted(image.size)
         image.draft("RGB", (64, 64))
-        grey = upright(image).convert("L").resize((16, 16), Image.Resampling.BOX)
+        grey = image.convert("L").resize((16, 16), Image.Resampling.BOX)
     return size, np.asarray(grey, np.float32)
 
 
@@ -273,8 +286,8 @@ def other_poses(path: Path) -> str:
     for file, (tool, name, text) in product(list_files(path), OTHER_POSES):
         if file.match(name) and _holds(file, text):
             return (
-                f"{path} has poses of {tool} ({file.relative_to(path)}), which are not read: camera "
-                "poses are computed from the photos"
+                f"{path} has camera poses of {tool} in {file.relative_to(path)}, which are not "
+                "read: poses are computed from the photos"
             )
     return ""
 

@@ -11,6 +11,7 @@ from PIL import Image
 from mobilegs.capture import CaptureRun, is_capture_source
 from mobilegs.capture.photos import list_photos, prepared_names
 from mobilegs.capture.run import digest_inputs, list_inputs, stage_keys
+from mobilegs.cli.main import main
 from mobilegs.errors import InputError
 
 SHOTS = 3
@@ -122,6 +123,22 @@ SETS: dict[str, tuple[dict[str, int | tuple[int, int]], str, list[str]]] = {
         "IMG_100{}.HEIC",
         ["edits beside another file of the photo (3)"],
     ),
+    "HEIC converted into a folder": (
+        {"phone/{}.png": 64, "converted/{}.jpg": 64},
+        "converted/{}.jpg",
+        ["second versions in phone (3)"],
+    ),
+    "small ones beside": (
+        {"{}.jpg": 64, "{} (Small).jpg": 32, "{}-64x48.jpg": 64, "{}_thumb.jpg": 16},
+        "{}.jpg",
+        ["smaller versions beside another file of the photo (6)", "thumbnails and previews (3)"],
+    ),
+    "estimated maps": (
+        {"images/{}.jpg": 64, "mono_depth/{}.png": 64, "normals_from_pretrain/{}.png": 64},
+        "images/{}.jpg",
+        ["depth maps (3), normal maps (3)"],
+    ),
+    "edits of a Pixel": ({"PXL_{}.jpg": 64, "PXL_{}~2.jpg": (64, 9)}, "PXL_{}.jpg", ["edits"]),
     "edits of Google Photos": ({"{}.jpg": 64, "{}-edited.jpg": (64, 9)}, "{}.jpg", ["edits"]),
 }
 
@@ -147,6 +164,7 @@ ALL: dict[str, dict[str, int | tuple[int, int]]] = {
     "frames of two videos": {"a/frame_{}.jpg": 64, "b/frame_{}.jpg": (32, 9)},
     "another shape": {"a/{}.jpg": 64, "b/{}.png": (64, 9)},
     "photos of a mask": {"mask_{}.jpg": 64},
+    "only small ones": {"{}_resized.jpg": 64, "old-{}-640x480.jpg": 64},
     "photos of a texture": {"texture_{}.jpg": 64},
     "raws of another day": {"monday/D{}.jpg": 64, "friday/D{}.nef": 8},
 }
@@ -165,6 +183,17 @@ def test_cameras_of_a_rig_may_have_any_size(tmp_path: Path) -> None:
     write_layout(tmp_path, {"wide/{}.jpg": 64, "tele/{}.jpg": 32, "tele/depth/{}.png": 16})
     assert len(list_photos(tmp_path, rig=True)) == 2 * SHOTS
     assert len(list_photos(tmp_path)) == SHOTS
+
+
+def test_a_small_version_may_be_turned(tmp_path: Path) -> None:
+    """The camera turns a photo by EXIF, the program that reduces it by its pixels."""
+    write_layout(tmp_path, {"large/{}.jpg": 64})
+    (tmp_path / "web").mkdir()
+    for shot in range(SHOTS):
+        with Image.open(tmp_path / f"large/{shot}.jpg") as picture:
+            small = picture.transpose(Image.Transpose.ROTATE_90).resize((24, 32))
+        small.save(tmp_path / f"web/{shot}.png")
+    assert list_photos(tmp_path) == [tmp_path / f"large/{shot}.jpg" for shot in range(SHOTS)]
 
 
 def test_textures_are_those_that_a_model_names(
@@ -237,6 +266,18 @@ def test_a_folder_with_one_video_is_that_video(
     assert stage_keys(run, digest_inputs(inputs, lambda *_: None)) == stage_keys(
         run, digest_inputs(direct, lambda *_: None)
     )
+
+
+@pytest.mark.parametrize("verb", ["capture", "train"])
+def test_several_videos_are_refused_in_a_sentence(
+    verb: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    pytest.importorskip("pycolmap", reason="needs the extra capture")
+    write_layout(tmp_path, {"in/a.mp4": 90, "in/b.mp4": 80})
+    assert main([verb, str(tmp_path / "in"), "-o", str(tmp_path / "out")]) == 2
+    printed = capsys.readouterr().err
+    assert "holds 2 videos (a.mp4, b.mp4)" in printed and printed.count("\n") == 1
+    assert not (tmp_path / "out").exists()
 
 
 def test_videos_of_live_photos_are_said(tmp_path: Path, caplog: pytest.LogCaptureFixture) -> None:
