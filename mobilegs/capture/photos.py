@@ -6,6 +6,7 @@ import math
 import re
 import shutil
 from collections import Counter
+from collections.abc import Mapping
 from dataclasses import asdict, dataclass, replace
 from itertools import permutations, product
 from os.path import commonpath, realpath
@@ -14,12 +15,13 @@ from typing import Any
 
 import numpy as np
 import torch
+from jaxtyping import Bool
 from PIL import Image, ImageOps
 
 from mobilegs.atomic import atomic_path, make_folder, reading
 from mobilegs.camera import Camera
-from mobilegs.data import images
-from mobilegs.data.distortion import undistort
+from mobilegs.data import images, masks
+from mobilegs.data.dataset import undistorted
 from mobilegs.data.pinhole_views import panorama_views
 from mobilegs.errors import InputError
 from mobilegs.extras import extra_module
@@ -34,7 +36,6 @@ OTHER_FOLDERS = ("sparse", "colmap", "__macosx")
 OUR_FILES = ("config.json", "capture.json", "photos.json")
 # images that are no photos, by the name of a folder, or the first or last part of a file's name
 NOT_PHOTOS = {
-    "masks": r"(dynamic_)?masks?",
     "depth maps": r"(\w+_)?depths?(_?maps?|_\w+)?",
     "confidence maps": r"conf(idence)?s?(_?maps?)?",
     "normal maps": r"normals?(_?maps?|_from_\w+)?",
@@ -107,11 +108,18 @@ def list_photos(path: Path, *, rig: bool = False) -> list[Path]:
 
     Of several files of one photo there is one: the largest, as the camera took it, and rather a
     JPEG than a camera raw. With `rig` the same names in several folders are several photos. Images
-    that are no photos (`NOT_PHOTOS`) and second versions are counted in one logged warning, except
-    masks. Raises InputError for a folder that cannot be read.
+    that are no photos (`NOT_PHOTOS`) and second versions are counted in one logged warning; masks
+    are not. Raises InputError for a folder that cannot be read.
     """
     files = list_files(path)
-    photos = [file for file in files if file.suffix.lower() in PHOTOS]
+    photos = masks.without_masks(
+        [
+            file
+            for file in files
+            if file.suffix.lower() in PHOTOS
+            and not any(map(masks.is_mask_folder, file.relative_to(path).parts[:-1]))
+        ]
+    )
     left_out = {photo: kind for photo in photos if (kind := _kind_by_folder(photo, path))}
     by_name = {photo: kind for photo in photos if (kind := _kind_by_name(photo))}
     for model in (file for file in files if file.suffix.lower() == ".mtl"):
@@ -119,7 +127,7 @@ def list_photos(path: Path, *, rig: bool = False) -> list[Path]:
             text = model.read_bytes()
         beside = [photo for photo in photos if photo.parent == model.parent]
         by_name |= {photo: "textures" for photo in beside if photo.name.encode() in text}
-    if len(left_out | by_name) < len(photos):  # else the photos show masks, textures or the like
+    if len(left_out | by_name) < len(photos):  # else the photos show textures or the like
         left_out |= by_name
     photos = [photo for photo in photos if photo not in left_out]
     if any(photo.is_relative_to(path / "images") for photo in photos):
@@ -129,7 +137,7 @@ def list_photos(path: Path, *, rig: bool = False) -> list[Path]:
     left_out |= _second_formats(photos)
     if not rig:
         left_out |= _second_versions([photo for photo in photos if photo not in left_out], path)
-    if counts := Counter(kind for kind in left_out.values() if kind != "masks"):
+    if counts := Counter(left_out.values()):
         kinds = ", ".join(f"{kind} ({number})" for kind, number in sorted(counts.items()))
         log.warning("%s: not used as photos are %s", path, kinds)
     return [photo for photo in photos if photo not in left_out]
@@ -185,8 +193,6 @@ def _kind_by_folder(photo: Path, root: Path) -> str:
 
 def _kind_by_name(photo: Path) -> str:
     """Return the kind of an image that is no photo by its name, or ''."""
-    if photo.suffix.lower() == ".png" and photo.with_suffix("").is_file():
-        return "masks"  # 1.jpg.png beside 1.jpg
     kinds = (
         kind
         for kind, name in NOT_PHOTOS.items()
@@ -345,24 +351,31 @@ def prepare_photos(
     progress: Advance,
     rig: bool = False,
     panorama: bool = False,
+    masks_of: Mapping[Path, Path] | None = None,
 ) -> dict[str, Any]:
     """Write every photo upright, with a longer side of at most `max_size` pixels, to `folder`.
 
     Existing files stay. A JPEG that needs no change is copied. With `panorama` the faces of each
-    photo are written instead. Returns the record `{"photos": [PreparedPhoto as a dict, ...],
-    "unreadable": [sentence, ...]}`: damaged photos are left out. Raises InputError for two photos
-    of the same name, and if more photos are damaged than not.
+    photo are written instead. Masks, by `masks_of` and of transparent photos, go to the folder
+    `masks` beside `folder`, as a.jpg.png for a.jpg: COLMAP's spelling. Returns the record
+    `{"photos": [PreparedPhoto as a dict, ...], "unreadable": [sentence, ...]}`: photos that are
+    damaged or masked nearly whole are left out. Raises InputError for two photos of the same name,
+    and if more photos are left out than not.
     """
     make_folder(folder)
     prepared, damaged, read = [], [], 0
     names = prepared_names(sources, rig=rig).values()
     files = zip(sources, names, relative_names(sources), strict=True)
     for done, (source, name, original) in enumerate(files, start=1):
+        mask = (masks_of or {}).get(source)
         try:
             if panorama:
-                photos = prepare_panorama(source, folder, name, max_size=max_size)
+                photos = prepare_panorama(source, folder, name, max_size=max_size, mask=mask)
             else:
-                photo = prepare_photo(source, folder / name, max_size=max_size)
+                mask_target = mask_file(folder, name)
+                photo = prepare_photo(
+                    source, folder / name, max_size=max_size, mask=mask, mask_target=mask_target
+                )
                 photos = [replace(photo, name=name)]
             prepared += [asdict(replace(photo, source=original)) for photo in photos]
             read += 1
@@ -374,10 +387,18 @@ def prepare_photos(
     return {"photos": prepared, "unreadable": damaged}
 
 
-def prepare_photo(source: Path, target: Path, *, max_size: int) -> PreparedPhoto:
+def prepare_photo(
+    source: Path,
+    target: Path,
+    *,
+    max_size: int,
+    mask: Path | None = None,
+    mask_target: Path | None = None,
+) -> PreparedPhoto:
     """Write one photo to `target`, unless it exists, and return its size, focal length and lens.
 
-    Raises InputError if it cannot be read.
+    Its mask, of the file `mask` and of its transparency, goes to `mask_target`. Raises InputError
+    if it cannot be read, or is masked nearly whole.
     """
     with open_photo(source) as image, images.decoding(source):
         exif = image.getexif()
@@ -386,6 +407,10 @@ def prepare_photo(source: Path, target: Path, *, max_size: int) -> PreparedPhoto
         sphere = b"equirectangular" in _xmp(image)
         if not target.exists():
             image.load()  # raises for a photo that is cut off
+            used = masks.upright_mask(source, image, mask)
+            if used is not None and mask_target is not None:
+                height, width = used.shape
+                save_mask(images.all_of(used, *fitted(width, height, max_size)), mask_target)
             if target.suffix == ".jpg" and is_ready(image, max_size):
                 with atomic_path(target) as temporary:
                     shutil.copyfile(source, temporary)
@@ -401,18 +426,27 @@ def prepare_photo(source: Path, target: Path, *, max_size: int) -> PreparedPhoto
 
 
 def prepare_panorama(
-    source: Path, folder: Path, name: str, *, max_size: int
+    source: Path, folder: Path, name: str, *, max_size: int, mask: Path | None = None
 ) -> list[PreparedPhoto]:
     """Write the faces of a panorama. Raises InputError if it is none, or cannot be read."""
     with open_photo(source) as image, images.decoding(source):
         picture = upright(image)
-    return save_faces(picture, folder, name, source=source, max_size=max_size)
+        used = masks.upright_mask(source, image, mask)
+    return save_faces(picture, folder, name, source=source, max_size=max_size, used=used)
 
 
 def save_faces(
-    picture: Image.Image, folder: Path, name: str, *, source: Path, max_size: int
+    picture: Image.Image,
+    folder: Path,
+    name: str,
+    *,
+    source: Path,
+    max_size: int,
+    used: Bool[np.ndarray, "h w"] | None = None,
 ) -> list[PreparedPhoto]:
     """Write the six faces of a panorama to `folder / face / name`, unless they exist.
+
+    `used` is the panorama's mask, from which those of the faces are made.
 
     A face is a quarter as wide as the panorama, and at most `max_size`. Raises InputError, which
     begins with `source`, if the picture is no panorama of the whole sphere.
@@ -425,10 +459,12 @@ def save_faces(
         assert view.photo is not None
         size = (view.photo.width, view.photo.height)
         picture = picture if picture.size == size else picture.resize(size)
-        pixels = torch.from_numpy(np.array(picture)).float()
-        face, _ = undistort(pixels, view.photo, K=view.camera.K, size=(side, side))
-        face = Image.fromarray(face.round().to(torch.uint8).numpy())
-        save_photo(face, folder / view.face / name)
+        pixels = torch.from_numpy(np.array(picture))
+        mask = None if used is None else torch.from_numpy(images.all_of(used, *size))
+        face, seen = undistorted(pixels, mask, view.photo, view.camera)
+        if mask is not None:
+            save_mask(seen.numpy(), mask_file(folder, f"{view.face}/{name}"))
+        save_photo(Image.fromarray(face.numpy()), folder / view.face / name)
     return [
         PreparedPhoto(f"{view.face}/{name}", source.name, side, side, side / 2) for view in views
     ]
@@ -482,6 +518,17 @@ def save_photo(picture: Image.Image, path: Path) -> None:
             picture.save(temporary, format="PNG", compress_level=1)
         else:
             picture.save(temporary, format="JPEG", quality=JPEG_QUALITY, subsampling=0)
+
+
+def mask_file(folder: Path, name: str) -> Path:
+    """Return the file of the mask of a photo in `folder`, in the folder `masks` beside it."""
+    return folder.with_name("masks") / f"{name}.png"
+
+
+def save_mask(used: Bool[np.ndarray, "h w"], path: Path) -> None:
+    """Write a mask, white where the photo is used, unless all of it is."""
+    if not used.all():
+        save_photo(Image.fromarray(used.astype(np.uint8) * 255), path)
 
 
 def fitted(width: int, height: int, longest: int) -> tuple[int, int]:

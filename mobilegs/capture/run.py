@@ -5,6 +5,7 @@ import math
 import shutil
 from collections.abc import Callable
 from dataclasses import dataclass
+from os.path import commonpath
 from pathlib import Path
 from typing import Annotated, Any, TypedDict, cast
 
@@ -41,10 +42,11 @@ from mobilegs.capture.rigs import validate_rig
 from mobilegs.capture.video import SUFFIXES as VIDEOS
 from mobilegs.capture.video import is_video, prepare_video
 from mobilegs.capture.workspace import Workspace, digest, file_digest
+from mobilegs.data.masks import find_masks
 from mobilegs.errors import InputError
 from mobilegs.progress_display import Advance, Progress, no_progress
 
-VERSION = 1  # of the stages; a change makes them run again
+VERSION = 2  # of the stages; a change makes them run again
 SIZE_MIN = 64  # pixels, longer side of a photo
 REPORTED = (  # of the record of the stage `model`
     "mapper", "models", "reprojection_error", "points", "photos_a_point", "cameras",
@@ -59,10 +61,10 @@ log = logging.getLogger(__name__)
 class CaptureRun:
     """Compute the camera poses of photos or of a video, to make a capture.
 
-    CAPTURE receives the undistorted photos in images/, their poses in sparse/0/ (the layout of
-    COLMAP), all figures in capture.json, and coverage.png, which shows where photos are missing.
-    After Ctrl-C the same command continues and does not repeat finished stages. CAPTURE/work
-    holds intermediate files; it may be deleted afterwards.
+    CAPTURE receives the undistorted photos in images/, their masks in masks/, their poses in
+    sparse/0/ (the layout of COLMAP), all figures in capture.json, and coverage.png, which shows
+    where photos are missing. After Ctrl-C the same command continues and does not repeat finished
+    stages. CAPTURE/work holds intermediate files; it may be deleted afterwards.
     """
 
     source: Annotated[Positional[Path], arg(metavar="PHOTOS|VIDEO")]
@@ -153,6 +155,7 @@ class StageInputs:
     workspace: Workspace
     progress: Progress
     process: PycolmapProcess
+    masks: dict[Path, Path]
 
     def call(
         self, doing: str, function: Callable[..., Any], *arguments: Any, **options: Any
@@ -180,9 +183,10 @@ def capture_photos(run: CaptureRun, *, progress: Progress = no_progress) -> Capt
     workspace = Workspace(run.output)
     workspace.validate_not_foreign()
     with progress("reading files") as advance:
-        keys = stage_keys(run, digest_inputs(inputs, advance))
+        masks = masks_of_inputs(run.source, inputs)
+        keys = stage_keys(run, digest_inputs([*inputs, *masks.values()], advance))
     with PycolmapProcess(workspace.log) as process:
-        given = StageInputs(run, inputs, workspace, progress, process)
+        given = StageInputs(run, inputs, workspace, progress, process, masks)
         report = workspace.finished(keys["capture"])
         if report is None:
             report = run_stages(given, keys)
@@ -251,6 +255,7 @@ def prepare(given: StageInputs) -> dict[str, Any]:
             max_size=run.max_size,
             rig=run.rig,
             panorama=panorama,
+            masks_of=given.masks,
             progress=advance,
         )
     spheres = [photo["source"] for photo in prepared["photos"] if photo["sphere"]]
@@ -266,7 +271,8 @@ def features(given: StageInputs, photos: list[PreparedPhoto]) -> dict[str, Any]:
     """Write features of the photos into the database."""
     workspace = given.workspace
     arguments = (workspace.database, workspace.photos, photos)
-    return given.call("finding features", extract_features, *arguments, lens=given.run.lens)
+    options = {"lens": given.run.lens, "masks": workspace.photo_masks}
+    return given.call("finding features", extract_features, *arguments, **options)
 
 
 def matches(given: StageInputs, photos: list[PreparedPhoto]) -> dict[str, Any]:
@@ -315,18 +321,21 @@ def model(given: StageInputs, photos: list[PreparedPhoto]) -> dict[str, Any]:
 
 
 def finish(given: StageInputs, photos: list[PreparedPhoto]) -> dict[str, Any]:
-    """Write `images/` and `sparse/0/`, poses last, and return the report."""
+    """Write `images/`, `masks/` if any, and `sparse/0/`, poses last, and return the report."""
     workspace = given.workspace
-    model, output = workspace.models / "best", workspace.undistorted
+    given_files = workspace.models / "best", workspace.photos, workspace.photo_masks
+    output = workspace.undistorted
     with given.progress("undistorting photos"):
         if given.run.lens == "fisheye":  # a pinhole photo shows no more than its middle
             names = (workspace.read("model") or {})["registered"]
-            keep_photos(model, workspace.photos, output, names)
+            keep_photos(*given_files, output, names)
         else:
             doing = "undistorting photos"
-            given.process.call(doing, undistort_photos, model, workspace.photos, output)
+            given.process.call(doing, undistort_photos, *given_files, output)
     workspace.sparse.mkdir()
-    (workspace.undistorted / "images").replace(workspace.images)
+    for folder in (workspace.images, workspace.masks):
+        if (output / folder.name).exists():
+            (output / folder.name).replace(folder)
     (workspace.undistorted / "sparse").replace(workspace.sparse / "0")
     shutil.rmtree(workspace.undistorted)
     records = {
@@ -405,6 +414,19 @@ def named(files: list[Path]) -> str:
     """Return the names of the first files."""
     names = ", ".join(file.name for file in files[:NAMES_MAX])
     return names + f" and {len(files) - NAMES_MAX} more" * (len(files) > NAMES_MAX)
+
+
+def masks_of_inputs(source: Path, inputs: list[Path]) -> dict[Path, Path]:
+    """Return the masks of photos that have one: in or beside the folder that all photos share."""
+    if is_video(inputs[0]):
+        return {}
+    root = Path(commonpath([path.resolve().parent for path in inputs]))
+    photos = {path.parent.resolve() / path.name: path for path in inputs}
+    found = find_masks(list(photos), root.parent)
+    outside = [mask for mask in found.values() if source.resolve() not in mask.parents]
+    if outside:
+        log.warning("%d masks are used from %s", len(outside), outside[0].parent)
+    return {photos[photo]: mask for photo, mask in found.items()}
 
 
 def digest_inputs(inputs: list[Path], progress: Advance) -> list[tuple[str, str]]:
