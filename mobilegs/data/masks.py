@@ -15,7 +15,7 @@ from mobilegs.errors import InputError
 
 SUFFIXES = (*images.SUFFIXES, ".gif", ".mask")  # Brush has NAME.ext.mask; GIF is refused by name
 SHARE_MIN = 0.01  # of a photo's pixels that its mask leaves
-RULE = "a mask is black (0) where its photo is left out, and anything else where it is used"
+RULE = "what is black (0) in a mask, or transparent in a photo, is left out"
 INVERTED = "dynamic_mask_"  # of instant-ngp, which leaves out what is not 0
 LOSSY = ("JPEG", "WEBP", "AVIF")
 ORIENTATION = 0x112  # tag of EXIF
