@@ -42,18 +42,23 @@ def extract_features(
         set_rig_of_faces(database)
     pycolmap = load_pycolmap()
     options = pycolmap.FeatureExtractionOptions(num_threads=threads(), use_gpu=False)
-    reader = pycolmap.ImageReaderOptions(mask_path=masks)
+
+    def masked(photo: PreparedPhoto) -> bool:
+        return (masks / f"{photo.name}.png").exists()
+
     for start in range(0, len(photos), BATCH):
         progress(start, len(photos))
-        batch = [photo.name for photo in photos[start : start + BATCH]]
-        pycolmap.extract_features(
-            database,
-            folder,
-            image_names=batch,
-            reader_options=reader,
-            extraction_options=options,
-            device=pycolmap.Device.cpu,
-        )
+        batch = sorted(photos[start : start + BATCH], key=masked)
+        for with_mask, group in groupby(batch, key=masked):  # a missing mask is an error
+            reader = pycolmap.ImageReaderOptions(mask_path=masks if with_mask else "")
+            pycolmap.extract_features(
+                database,
+                folder,
+                image_names=[photo.name for photo in group],
+                reader_options=reader,
+                extraction_options=options,
+                device=pycolmap.Device.cpu,
+            )
     progress(len(photos), len(photos))
     with pycolmap.Database.open(database) as content:
         return {

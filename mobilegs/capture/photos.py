@@ -407,10 +407,10 @@ def prepare_photo(
         sphere = b"equirectangular" in _xmp(image)
         if not target.exists():
             image.load()  # raises for a photo that is cut off
-            used = masks.upright_mask(source, image, mask)
+            size = fitted(*image.size, max_size)
+            used = masks.upright_mask(source, image, mask, size)
             if used is not None and mask_target is not None:
-                height, width = used.shape
-                save_mask(images.all_of(used, *fitted(width, height, max_size)), mask_target)
+                save_mask(used, mask_target)
             if target.suffix == ".jpg" and is_ready(image, max_size):
                 with atomic_path(target) as temporary:
                     shutil.copyfile(source, temporary)
@@ -430,8 +430,8 @@ def prepare_panorama(
 ) -> list[PreparedPhoto]:
     """Write the faces of a panorama. Raises InputError if it is none, or cannot be read."""
     with open_photo(source) as image, images.decoding(source):
+        used = masks.upright_mask(source, image, mask, fitted(*image.size, 4 * max_size))
         picture = upright(image)
-        used = masks.upright_mask(source, image, mask)
     return save_faces(picture, folder, name, source=source, max_size=max_size, used=used)
 
 

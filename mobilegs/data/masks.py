@@ -15,7 +15,7 @@ from mobilegs.errors import InputError
 
 SUFFIXES = (*images.SUFFIXES, ".gif", ".mask")  # Brush has NAME.ext.mask; GIF is refused by name
 SHARE_MIN = 0.01  # of a photo's pixels that its mask leaves
-RULE = "a mask is black (0) where its photo is left out, and anything else where it is used"
+RULE = "what is black (0) in a mask, or transparent in a photo, is left out"
 INVERTED = "dynamic_mask_"  # of instant-ngp, which leaves out what is not 0
 LOSSY = ("JPEG", "WEBP", "AVIF")
 ORIENTATION = 0x112  # tag of EXIF
@@ -196,13 +196,14 @@ def _used(image: Image.Image) -> Bool[np.ndarray, "h w"]:
 
 
 def upright_mask(
-    where: Path, photo: Image.Image, mask: Path | None
+    where: Path, photo: Image.Image, mask: Path | None, size: tuple[int, int]
 ) -> Bool[np.ndarray, "h w"] | None:
     """Return where a photo is used after its transparency and its mask, upright; None: all of it.
 
-    The mask is turned as EXIF turns the photo, unless it is upright already. Raises `InputError`,
-    which names `where`, for a mask of another aspect ratio, one that cannot be decoded, and if
-    less than 1 % of the photo is left.
+    `size` (width, height) is that to which the photo is reduced, before EXIF turns it. A mask is
+    turned as well, unless it is upright already. Raises `InputError`, which names `where`, for a
+    mask of another aspect ratio, one that cannot be decoded, and if less than 1 % of the photo is
+    left.
     """
     used = []
     if images.is_transparent(photo):
@@ -212,17 +213,18 @@ def upright_mask(
     if not used:
         return None
     turn = photo.getexif().get(ORIENTATION, 1)
-    size = photo.size[::-1] if turn in (5, 6, 7, 8) else photo.size
-    fitted = []
+    upright = []
     for each in used:
-        image = Image.fromarray(each)
-        if images.same_shape(image.size, photo.size):
+        shape = each.shape[::-1]
+        if images.same_shape(shape, photo.size):
+            image = Image.fromarray(images.all_of(each, *size))
             image.getexif()[ORIENTATION] = turn
-            image = ImageOps.exif_transpose(image)
-        if not images.same_shape(image.size, size):
+            upright.append(np.asarray(ImageOps.exif_transpose(image)))
+        elif images.same_shape(shape, photo.size[::-1]) and turn in (5, 6, 7, 8):
+            upright.append(images.all_of(each, *size[::-1]))
+        else:
             raise InputError(f"mask {mask} has another aspect ratio than its photo {where}")
-        fitted.append(images.all_of(np.asarray(image), *size))
-    left = np.logical_and.reduce(fitted)
+    left = np.logical_and.reduce(upright)
     if left.mean() < SHARE_MIN:
         raise InputError(f"{where} is masked nearly whole: {RULE}")
     return left
