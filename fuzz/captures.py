@@ -20,9 +20,9 @@ from mobilegs.data.images import (
     has_alpha,
     image_size,
     open_image,
-    read_mask,
     read_pixels,
 )
+from mobilegs.data.masks import read_mask
 from tests.support.colmap_capture import write_capture_of_noise
 
 COLMAP_FILES = [

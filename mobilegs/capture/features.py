@@ -22,12 +22,19 @@ GUESSED_FISHEYE = 0.45  # the same; 0.38 is a lens of 180 degrees from corner to
 
 
 def extract_features(
-    database: Path, folder: Path, photos: list[PreparedPhoto], *, lens: Lens, progress: Advance
+    database: Path,
+    folder: Path,
+    photos: list[PreparedPhoto],
+    *,
+    lens: Lens,
+    masks: Path,
+    progress: Advance,
 ) -> dict[str, Any]:
     """Write cameras, photos and their features into `database`; existing entries stay.
 
     Photos of the same lens and size share a camera, whose focal length starts at the EXIF value.
-    Those of a rig have one camera per folder. The faces of panoramas become a rig.
+    Those of a rig have one camera per folder. The faces of panoramas become a rig. There are no
+    features where a mask is black; the folder `masks` has a.jpg.png for a.jpg, if any.
     Returns the record `{"cameras": number, "features": mean per photo}`.
     """
     import_cameras(database, folder, photos, lens)
@@ -35,16 +42,23 @@ def extract_features(
         set_rig_of_faces(database)
     pycolmap = load_pycolmap()
     options = pycolmap.FeatureExtractionOptions(num_threads=threads(), use_gpu=False)
+
+    def masked(photo: PreparedPhoto) -> bool:
+        return (masks / f"{photo.name}.png").exists()
+
     for start in range(0, len(photos), BATCH):
         progress(start, len(photos))
-        batch = [photo.name for photo in photos[start : start + BATCH]]
-        pycolmap.extract_features(
-            database,
-            folder,
-            image_names=batch,
-            extraction_options=options,
-            device=pycolmap.Device.cpu,
-        )
+        batch = sorted(photos[start : start + BATCH], key=masked)
+        for with_mask, group in groupby(batch, key=masked):  # a missing mask is an error
+            reader = pycolmap.ImageReaderOptions(mask_path=masks if with_mask else "")
+            pycolmap.extract_features(
+                database,
+                folder,
+                image_names=[photo.name for photo in group],
+                reader_options=reader,
+                extraction_options=options,
+                device=pycolmap.Device.cpu,
+            )
     progress(len(photos), len(photos))
     with pycolmap.Database.open(database) as content:
         return {

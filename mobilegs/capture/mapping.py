@@ -7,6 +7,7 @@ from typing import Any, Literal, NamedTuple
 
 import numpy as np
 from jaxtyping import Float, Int
+from PIL import Image
 
 from mobilegs.atomic import make_folder
 from mobilegs.capture.misplaced_photos import drop_misplaced
@@ -161,23 +162,43 @@ def read_geometry(model: Path) -> Geometry:
     )
 
 
-def keep_photos(model: Path, photos: Path, output: Path, names: Sequence[str]) -> None:
-    """Write `images/` and `sparse/` into the new folder `output`: photos and model as they are."""
+def keep_photos(model: Path, photos: Path, masks: Path, output: Path, names: Sequence[str]) -> None:
+    """Write `images/`, `masks/` and `sparse/` into the new folder `output`, all as they are."""
     if output.exists():
         shutil.rmtree(output)
     shutil.copytree(model, output / "sparse")
+    if masks.exists():
+        shutil.copytree(masks, output / "masks")
     for name in names:
         make_folder((output / "images" / name).parent)
         shutil.copyfile(photos / name, output / "images" / name)
 
 
-def undistort_photos(model: Path, photos: Path, output: Path) -> None:
-    """Write `images/` and `sparse/` with pinhole cameras into the new folder `output`."""
+def undistort_photos(model: Path, photos: Path, masks: Path, output: Path) -> None:
+    """Write `images/`, `masks/` and `sparse/` with pinhole cameras into the new folder `output`.
+
+    A pixel of a mask is white if all those of the photo are from which it is made.
+    """
     if output.exists():
         shutil.rmtree(output)
-    load_pycolmap().undistort_images(
-        output, model, photos, jpeg_quality=JPEG_QUALITY, num_threads=threads()
+    pycolmap, options = load_pycolmap(), load_pycolmap().UndistortCameraOptions()
+    pycolmap.undistort_images(
+        output,
+        model,
+        photos,
+        undistort_options=options,
+        jpeg_quality=JPEG_QUALITY,
+        num_threads=threads(),
     )
+    reconstruction = pycolmap.Reconstruction(model)
+    for image in (reconstruction.image(number) for number in reconstruction.reg_image_ids()):
+        mask = masks / f"{image.name}.png"
+        if mask.exists():
+            bitmap = pycolmap.Bitmap.read(mask, as_rgb=False)
+            bitmap, _ = pycolmap.undistort_image(options, bitmap, image.camera)
+            make_folder((output / "masks" / mask.relative_to(masks)).parent)
+            white = np.where(bitmap.to_array() == 255, np.uint8(255), np.uint8(0))
+            Image.fromarray(white).save(output / "masks" / mask.relative_to(masks))
 
 
 def _incremental(

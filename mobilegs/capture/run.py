@@ -5,6 +5,7 @@ import math
 import shutil
 from collections.abc import Callable
 from dataclasses import dataclass
+from os.path import commonpath
 from pathlib import Path
 from typing import Annotated, Any, TypedDict, cast
 
@@ -25,8 +26,10 @@ from mobilegs.capture.photos import (
     PHOTOS,
     PHOTOS_MIN,
     PreparedPhoto,
+    list_files,
     list_photos,
     other_files,
+    other_poses,
     prepare_photos,
     prepared_names,
     relative_names,
@@ -40,10 +43,11 @@ from mobilegs.capture.rigs import validate_rig
 from mobilegs.capture.video import SUFFIXES as VIDEOS
 from mobilegs.capture.video import is_video, prepare_video
 from mobilegs.capture.workspace import Workspace, digest, file_digest
+from mobilegs.data.masks import find_masks
 from mobilegs.errors import InputError
 from mobilegs.progress_display import Advance, Progress, no_progress
 
-VERSION = 1  # of the stages; a change makes them run again
+VERSION = 2  # of the stages; a change makes them run again
 SIZE_MIN = 64  # pixels, longer side of a photo
 REPORTED = (  # of the record of the stage `model`
     "mapper", "models", "reprojection_error", "points", "photos_a_point", "cameras",
@@ -58,10 +62,10 @@ log = logging.getLogger(__name__)
 class CaptureRun:
     """Compute the camera poses of photos or of a video, to make a capture.
 
-    CAPTURE receives the undistorted photos in images/, their poses in sparse/0/ (the layout of
-    COLMAP), all figures in capture.json, and coverage.png, which shows where photos are missing.
-    After Ctrl-C the same command continues and does not repeat finished stages. CAPTURE/work
-    holds intermediate files; it may be deleted afterwards.
+    CAPTURE receives the undistorted photos in images/, their masks in masks/, their poses in
+    sparse/0/ (the layout of COLMAP), all figures in capture.json, and coverage.png, which shows
+    where photos are missing. After Ctrl-C the same command continues and does not repeat finished
+    stages. CAPTURE/work holds intermediate files; it may be deleted afterwards.
     """
 
     source: Annotated[Positional[Path], arg(metavar="PHOTOS|VIDEO")]
@@ -153,6 +157,7 @@ class StageInputs:
     workspace: Workspace
     progress: Progress
     process: PycolmapProcess
+    masks: dict[Path, Path]
 
     def call(
         self, doing: str, function: Callable[..., Any], *arguments: Any, **options: Any
@@ -173,16 +178,17 @@ def capture_photos(run: CaptureRun, *, progress: Progress = no_progress) -> Capt
     """
     validate_options(run)
     validate_pycolmap()
-    inputs = list_inputs(run.source)
+    inputs = list_inputs(run.source, rig=run.rig)
     photo_folders = (run.source.resolve(), *(path.resolve().parent for path in inputs))
     if run.output.resolve() in photo_folders:
         raise InputError(f"{run.output} holds the photos: give another folder for the capture")
     workspace = Workspace(run.output)
     workspace.validate_not_foreign()
     with progress("reading files") as advance:
-        keys = stage_keys(run, digest_inputs(inputs, advance))
+        masks = masks_of_inputs(run.source, inputs)
+        keys = stage_keys(run, digest_inputs([*inputs, *masks.values()], advance))
     with PycolmapProcess(workspace.log) as process:
-        given = StageInputs(run, inputs, workspace, progress, process)
+        given = StageInputs(run, inputs, workspace, progress, process, masks)
         report = workspace.finished(keys["capture"])
         if report is None:
             report = run_stages(given, keys)
@@ -229,12 +235,12 @@ def prepare(given: StageInputs) -> dict[str, Any]:
     """Write upright photos or frames of a limited size."""
     run, folder = given.run, given.workspace.photos
     panorama = run.lens == "panorama"
-    if is_video(run.source):
+    if is_video(given.inputs[0]):
         if run.rig:
-            raise InputError(f"--rig needs a folder per camera, and {run.source} is a video")
+            raise InputError(f"--rig needs a folder per camera, and {given.inputs[0]} is a video")
         with given.progress("choosing the sharpest frames") as advance:
             return prepare_video(
-                run.source,
+                given.inputs[0],
                 folder,
                 frames=run.frames,
                 max_size=run.max_size,
@@ -252,6 +258,7 @@ def prepare(given: StageInputs) -> dict[str, Any]:
             max_size=run.max_size,
             rig=run.rig,
             panorama=panorama,
+            masks_of=given.masks,
             progress=advance,
         )
     spheres = [photo["source"] for photo in prepared["photos"] if photo["sphere"]]
@@ -267,7 +274,8 @@ def features(given: StageInputs, photos: list[PreparedPhoto]) -> dict[str, Any]:
     """Write features of the photos into the database."""
     workspace = given.workspace
     arguments = (workspace.database, workspace.photos, photos)
-    return given.call("finding features", extract_features, *arguments, lens=given.run.lens)
+    options = {"lens": given.run.lens, "masks": workspace.photo_masks}
+    return given.call("finding features", extract_features, *arguments, **options)
 
 
 def matches(given: StageInputs, photos: list[PreparedPhoto]) -> dict[str, Any]:
@@ -316,18 +324,21 @@ def model(given: StageInputs, photos: list[PreparedPhoto]) -> dict[str, Any]:
 
 
 def finish(given: StageInputs, photos: list[PreparedPhoto]) -> dict[str, Any]:
-    """Write `images/` and `sparse/0/`, poses last, and return the report."""
+    """Write `images/`, `masks/` if any, and `sparse/0/`, poses last, and return the report."""
     workspace = given.workspace
-    model, output = workspace.models / "best", workspace.undistorted
+    given_files = workspace.models / "best", workspace.photos, workspace.photo_masks
+    output = workspace.undistorted
     with given.progress("undistorting photos"):
         if given.run.lens == "fisheye":  # a pinhole photo shows no more than its middle
             names = (workspace.read("model") or {})["registered"]
-            keep_photos(model, workspace.photos, output, names)
+            keep_photos(*given_files, output, names)
         else:
             doing = "undistorting photos"
-            given.process.call(doing, undistort_photos, model, workspace.photos, output)
+            given.process.call(doing, undistort_photos, *given_files, output)
     workspace.sparse.mkdir()
-    (workspace.undistorted / "images").replace(workspace.images)
+    for folder in (workspace.images, workspace.masks):
+        if (output / folder.name).exists():
+            (output / folder.name).replace(folder)
     (workspace.undistorted / "sparse").replace(workspace.sparse / "0")
     shutil.rmtree(workspace.undistorted)
     records = {
@@ -341,7 +352,7 @@ def finish(given: StageInputs, photos: list[PreparedPhoto]) -> dict[str, Any]:
         "left_out": left_out(photos, mapped),
         "converted": records["photos"].get("converted", {}),
         "unreadable": records["photos"].get("unreadable", []),
-        "other_files": {} if is_video(given.run.source) else other_files(given.inputs),
+        "other_files": {} if is_video(given.inputs[0]) else other_files(given.inputs),
         "features_a_photo": records["features"]["features"],
         **{name: compared[name] for name in ("pairs", "compared", "verified")},
         "tried": mapped.get("tried", [mapped["mapper"]]),
@@ -356,12 +367,16 @@ def finish(given: StageInputs, photos: list[PreparedPhoto]) -> dict[str, Any]:
 
 
 def is_capture_source(path: Path) -> bool:
-    """Return whether `path` is a video, or a folder with photos in it or in its `images/`."""
-    return is_video(path) or bool(list_photos(path))
+    """Return whether `path` is a video, or a folder with photos or a video in it."""
+    files = [path] if path.is_file() else list_files(path)
+    return any(is_video(file) or (file != path and file.suffix.lower() in PHOTOS) for file in files)
 
 
-def list_inputs(source: Path) -> list[Path]:
-    """Return the video or the photos at `source`. Raises InputError if there are too few."""
+def list_inputs(source: Path, *, rig: bool = False) -> list[Path]:
+    """Return the video or the photos at `source`, and log what else lies there.
+
+    Raises InputError if there are too few photos, or several videos to choose from.
+    """
     if is_video(source):
         return [source]
     if not source.exists():
@@ -370,7 +385,12 @@ def list_inputs(source: Path) -> list[Path]:
         raise InputError(
             f"{source} is not a video ({', '.join(VIDEOS)}): give one, or a folder of photos"
         )
-    photos = list_photos(source)
+    photos = list_photos(source, rig=rig)
+    if poses := other_poses(source):
+        log.warning("%s", poses)
+    videos = [file for file in list_files(source) if is_video(file)]
+    if len(photos) < PHOTOS_MIN and videos:
+        return [only_video(source, videos)]
     if not photos:
         raise InputError(f"{source} has no photos in it ({', '.join(PHOTOS)})")
     if len(photos) < PHOTOS_MIN:
@@ -378,7 +398,38 @@ def list_inputs(source: Path) -> list[Path]:
             f"{source} holds {len(photos)} photo{'s' * (len(photos) > 1)}: a scene needs at least "
             f"{PHOTOS_MIN}, and 30 or more to look good"
         )
+    if videos:
+        log.warning("%s: its photos are used, not its videos: %s", source, named(videos))
     return photos
+
+
+def only_video(source: Path, videos: list[Path]) -> Path:
+    """Return the one video of a folder, or the one ten times larger than each other, and log it."""
+    *others, largest = sorted(videos, key=lambda video: video.stat().st_size)
+    if others and others[-1].stat().st_size * 10 > largest.stat().st_size:
+        raise InputError(f"{source} holds {len(videos)} videos ({named(videos)}): give one of them")
+    rest = f", not {named(others)}" if others else ""
+    log.warning("%s holds too few photos: its video %s is used%s", source, largest.name, rest)
+    return largest
+
+
+def named(files: list[Path]) -> str:
+    """Return the names of the first files."""
+    names = ", ".join(file.name for file in files[:NAMES_MAX])
+    return names + f" and {len(files) - NAMES_MAX} more" * (len(files) > NAMES_MAX)
+
+
+def masks_of_inputs(source: Path, inputs: list[Path]) -> dict[Path, Path]:
+    """Return the masks of photos that have one: in or beside the folder that all photos share."""
+    if is_video(inputs[0]):
+        return {}
+    root = Path(commonpath([path.resolve().parent for path in inputs]))
+    photos = {path.parent.resolve() / path.name: path for path in inputs}
+    found = find_masks(list(photos), root.parent)
+    outside = [mask for mask in found.values() if source.resolve() not in mask.parents]
+    if outside:
+        log.warning("%d masks are used from %s", len(outside), outside[0].parent)
+    return {photos[photo]: mask for photo, mask in found.items()}
 
 
 def digest_inputs(inputs: list[Path], progress: Advance) -> list[tuple[str, str]]:

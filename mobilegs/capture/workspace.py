@@ -24,12 +24,12 @@ class Workspace:
     Attributes:
         path: the capture's folder.
         work: `work/` in it, which may be deleted once the capture is complete.
-        photos: upright photos for reconstruction, in `work/`.
+        photos, photo_masks: upright photos for reconstruction and their masks, in `work/`.
         log: messages of pycolmap.
         database: COLMAP's database of features and matches.
         models: reconstructions, one folder per model.
         undistorted: output of undistortion, before it moves to `images` and `sparse`.
-        images, sparse: photos and COLMAP model of the finished capture.
+        images, masks, sparse: photos, their masks and COLMAP model of the finished capture.
         report: `capture.json`, the record of the last stage.
         coverage: `coverage.png`, the drawing of cameras and points.
     """
@@ -38,11 +38,13 @@ class Workspace:
         self.path = path
         self.work = path / "work"
         self.photos = self.work / "photos"
+        self.photo_masks = self.work / "masks"
         self.log = self.work / "pycolmap.log"
         self.database = self.work / "database.db"
         self.models = self.work / "models"
         self.undistorted = self.work / "undistorted"
         self.images = path / "images"
+        self.masks = path / "masks"
         self.sparse = path / "sparse"
         self.report = path / "capture.json"
         self.coverage = path / "coverage.png"
@@ -53,7 +55,14 @@ class Workspace:
             raise InputError(f"{self.path} is a file: give a folder for the capture")
         if self._parsed("photos") or self._parsed("capture"):
             return
-        for existing in (self.work, self.images, self.sparse, self.report, self.coverage):
+        for existing in (
+            self.work,
+            self.images,
+            self.masks,
+            self.sparse,
+            self.report,
+            self.coverage,
+        ):
             if existing.exists():
                 raise InputError(f"{existing} would be overwritten: give another folder")
 
@@ -127,11 +136,11 @@ class Workspace:
         """Return the files of a stage. `forget_matches` removes matches."""
         files = [self.database.with_name(self.database.name + end) for end in ("", "-wal", "-shm")]
         return {
-            "photos": [self.photos],
+            "photos": [self.photos, self.photo_masks],
             "features": files,
             "matches": [],
             "model": [self.models, self.coverage],
-            "capture": [self.sparse, self.images, self.undistorted],
+            "capture": [self.sparse, self.images, self.masks, self.undistorted],
         }[stage]
 
     def _record(self, stage: str) -> Path:

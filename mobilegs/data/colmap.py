@@ -28,6 +28,7 @@ from mobilegs.data.dataset import (
     recentred,
     split_every_eighth,
 )
+from mobilegs.data.masks import find_masks
 from mobilegs.errors import InputError, quoted
 from mobilegs.render.project import rotation_matrices
 
@@ -67,7 +68,7 @@ def load_colmap(
 ) -> Dataset:
     """Read a COLMAP capture; every eighth photo by name is held back.
 
-    `background` is black by default; `masks` uses the folder `masks/` if there is one. Photos are
+    `background` is black by default; `masks` uses those that `find_masks` finds. Photos are
     undistorted when they are decoded. `load_capture` describes the arguments. Raises `InputError`.
     """
     models = find_models(path)
@@ -84,6 +85,7 @@ def load_colmap(
     points = read_points(_model_file(model, "points3D"))
     viewmats, xyz, offset = recentred([_viewmat(image) for image in registered], points.xyz)
     files, downscale = _photo_files(path, [image.name for image in registered], downscale)
+    found = find_masks(list(files.values()), path) if masks else {}
     background = background or (0.0, 0.0, 0.0)
     groups = _moments(model)
     frames = []
@@ -99,7 +101,7 @@ def load_colmap(
             _camera(lens, viewmat),
             image_path=files[image.name],
             downscale=downscale,
-            mask_path=mask_file(path / "masks", image.name) if masks else None,
+            mask_path=found.get(files[image.name]),
             distortion=lens.distortion,
             group=groups.get(image.number, ""),
             background=background,
@@ -114,14 +116,6 @@ def load_colmap(
         colors=points.rgb / 255,
         background=background,
     )
-
-
-def mask_file(folder: Path, name: str) -> Path | None:
-    """Return the mask of photo `a.jpg`, if any: `a.jpg.png`, `a.png`, or `a.jpg` in `folder`."""
-    if not folder.is_dir():
-        return None
-    candidates = (folder / f"{name}.png", (folder / name).with_suffix(".png"), folder / name)
-    return next((path for path in candidates if images.is_file(path)), None)
 
 
 def _model_file(model: Path, noun: Literal["cameras", "images", "points3D"]) -> Path:

@@ -15,13 +15,14 @@ from torch import Tensor
 from torch.nn.functional import avg_pool2d, max_pool2d
 
 from mobilegs.camera import NEAR, Camera
-from mobilegs.data import images
+from mobilegs.data import images, masks
 from mobilegs.data.distortion import Distortion, LensPhoto, undistort
 from mobilegs.data.pinhole_views import fields_of_view, pinhole_views
 from mobilegs.errors import InputError
 
 CACHE_BYTES = 2 << 30  # of decoded photos that a loader keeps
 THREADS = 2  # of a loader
+NAMES_MAX = 5  # photos that a warning names
 TEST_EVERY = 8  # views 0, 8, 16, ... in order of their names are held back
 RECENTRED_FROM = 1000.0  # distance of the cameras from the origin, in their spreads
 Color = tuple[float, float, float]
@@ -38,7 +39,7 @@ class Frame:
             have the name of their face at its end.
         camera: pinhole camera at the size at which the photo will be loaded.
         image_path: file of the photo; None if `pixels` hold it.
-        mask_path: file of a mask that is white where the photo is used; None uses all of it.
+        mask_path: file of a mask, as `masks.used_pixels` reads it; None uses all of the photo.
         photo: the photo through its lens, from which the view is resampled on load; None for
             pinhole photos.
         group: frames of a group are held back together: views of a panorama, and photos that a
@@ -158,7 +159,7 @@ def assemble(
 
     Raises `InputError` if there are fewer than two views, none for training, or two of one name.
     """
-    train, test = list(train), list(test)
+    train, test = _without_masked([*train], [*test])
     if len(train) + len(test) < 2:
         raise InputError(f"capture {name} has fewer than two views; give at least two photos")
     if not train:
@@ -222,6 +223,38 @@ def split_every_eighth(frames: Sequence[Frame]) -> tuple[list[Frame], list[Frame
     for frame in ordered:
         parts[(frame.group or frame.name) in held].append(frame)
     return parts
+
+
+def _without_masked(*lists: list[Frame]) -> list[list[Frame]]:
+    """Return the frames without those of photos that are masked nearly whole; say which.
+
+    Raises `InputError` if those are more than half of the photos.
+    """
+    frames = [frame for each in lists for frame in each if frame.image_path is not None]
+    photos = {frame.image_path: frame for frame in frames}
+    with ThreadPoolExecutor(THREADS) as pool:
+        shares = dict(zip(photos, pool.map(_used_share, photos.values()), strict=True))
+    gone = [path for path, share in shares.items() if share < masks.SHARE_MIN]
+    if 2 * len(gone) > len(photos):
+        raise InputError(
+            f"masks leave less than 1 % of {len(gone)} of {len(photos)} photos, such as "
+            f"{gone[0]}: {masks.RULE}"
+        )
+    if gone:
+        names = ", ".join(path.name for path in gone[:NAMES_MAX] if path)
+        log.warning("%d photos are left out, masked nearly whole: %s", len(gone), names)
+    return [[frame for frame in each if frame.image_path not in gone] for each in lists]
+
+
+def _used_share(frame: Frame) -> float:
+    """Return the share of the pixels of a photo that its mask and its transparency leave."""
+    at, path, used = frame.photo or frame.camera, frame.image_path, None
+    if path is not None and frame.alpha == "mask" and images.has_alpha(path):
+        used = images.read_pixels(path, at.width, at.height, over=None)[1]
+    if frame.mask_path is not None:
+        mask = masks.read_mask(frame.mask_path, at.width, at.height)
+        used = mask if used is None else mask & used
+    return 1.0 if used is None else float(used.mean())
 
 
 def _report_views(frames: Sequence[Frame]) -> None:
@@ -373,20 +406,20 @@ def _decode(frame: Frame) -> _Decoded:
     image = torch.from_numpy(np.array(pixels))
     mask = None if usable is None else torch.from_numpy(usable)
     if frame.mask_path is not None:
-        white = torch.from_numpy(images.read_mask(frame.mask_path, at.width, at.height))
-        mask = white if mask is None else mask & white
+        used = torch.from_numpy(masks.read_mask(frame.mask_path, at.width, at.height))
+        mask = used if mask is None else mask & used
     if frame.photo is not None:
-        image, mask = _undistorted(image, mask, frame.photo, frame.camera)
+        image, mask = undistorted(image, mask, frame.photo, frame.camera)
     return _Decoded(image, None if mask is None or bool(mask.all()) else mask)
 
 
-def _undistorted(
+def undistorted(
     image: UInt8[Tensor, "H W 3"],
     mask: Bool[Tensor, "H W"] | None,
     photo: LensPhoto,
     camera: Camera,
 ) -> tuple[UInt8[Tensor, "h w 3"], Bool[Tensor, "h w"]]:
-    """Undistort photo and mask; a pixel is in the mask if all pixels it is made of are."""
+    """Return (image, mask) of a view of a photo; the mask has pixels made of masked ones only."""
     channels = image.float()
     if mask is not None:
         channels = torch.cat([channels, mask[:, :, None].float()], dim=2)

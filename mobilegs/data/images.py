@@ -1,4 +1,4 @@
-"""Reads photos and masks from disk: sizes, and pixels averaged down to a given size."""
+"""Reads photos from disk: sizes, and pixels averaged down to a given size."""
 
 import math
 import re
@@ -27,6 +27,7 @@ from mobilegs.data.color import (
 from mobilegs.errors import InputError
 
 SUFFIXES = (".jpg", ".jpeg", ".png", ".webp", ".bmp", ".tif", ".tiff", ".avif")
+OPAQUE = 128  # alpha from which on a pixel of a photo counts
 WIDTH_MAX = 1600  # pixels: wider photos are downscaled if no factor is given, as in 3DGS
 
 # larger JPEG photos are reduced as they are read; 200 megapixels would take 800 MB
@@ -155,8 +156,8 @@ def decode_srgb(
         if upright:
             ImageOps.exif_transpose(image, in_place=True)
         picture = to_srgb(image, colors)
-        if _has_alpha(image):
-            picture.putalpha(_alpha_channel(image))
+        if is_transparent(image):
+            picture.putalpha(alpha_channel(image))
     picture.info = {}  # of other colours
     return picture
 
@@ -204,7 +205,7 @@ def exif_number(value: object) -> float:
 def has_alpha(path: Path) -> bool:
     """Return whether an image file has transparency."""
     with open_image(path) as image:
-        return _has_alpha(image)
+        return is_transparent(image)
 
 
 def reduced_size(width: int, height: int, downscale: int | None) -> tuple[int, int]:
@@ -240,18 +241,11 @@ def read_pixels(
         return np.asarray(_boxed(rgba, width, height)), None
     alpha, rgb = rgba.getchannel("A"), rgba.convert("RGB")
     if over is None:
-        return np.asarray(_boxed(rgb, width, height)), _solid(alpha, width, height)
+        return np.asarray(_boxed(rgb, width, height)), all_of(
+            np.asarray(alpha) >= OPAQUE, width, height
+        )
     paper = Image.new("RGB", rgba.size, tuple(round(255 * channel) for channel in over))
     return np.asarray(_boxed(Image.composite(rgb, paper, alpha), width, height)), None
-
-
-def read_mask(path: Path, width: int, height: int) -> Bool[np.ndarray, "h w"]:
-    """Return a mask, True where all pixels that are averaged are white (128 or more).
-
-    Raises `InputError` if the file cannot be decoded.
-    """
-    with open_image(path) as image, decoding(path):
-        return _solid(image.convert("L"), width, height)
 
 
 def read_opaque(path: Path, width: int, height: int) -> Bool[np.ndarray, "h w"]:
@@ -294,11 +288,13 @@ def reduced_files(
     return {name: small[ranks[name]] for name in names}
 
 
-def _has_alpha(image: Image.Image) -> bool:
+def is_transparent(image: Image.Image) -> bool:
+    """Return whether an image has transparency."""
     return image.mode in ("RGBA", "LA", "PA", "RGBa", "La") or "transparency" in image.info
 
 
-def _alpha_channel(image: Image.Image) -> Image.Image:
+def alpha_channel(image: Image.Image) -> Image.Image:
+    """Return the opacity of each pixel of an image `is_transparent`, 0 to 255."""
     if image.mode == "I;16":  # convert() would clip to 8 bits
         shown = np.asarray(image) != image.info["transparency"]
         return Image.fromarray(shown.astype(np.uint8) * 255)
@@ -335,6 +331,7 @@ def _overlap(size: int, cells: int) -> csr_array:
     return csr_array((share.astype(np.float32), (part, pixel)), shape=(cells, size))
 
 
-def _solid(image: Image.Image, width: int, height: int) -> Bool[np.ndarray, "h w"]:
-    white = Image.fromarray(np.where(np.asarray(image) >= 128, 255, 0).astype(np.uint8))
+def all_of(used: Bool[np.ndarray, "H W"], width: int, height: int) -> Bool[np.ndarray, "h w"]:
+    """Return a mask resized to `width` x `height`, True where all pixels averaged are."""
+    white = Image.fromarray(np.where(used, np.uint8(255), np.uint8(0)))
     return np.asarray(_boxed(white, width, height)) == 255

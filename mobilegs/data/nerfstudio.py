@@ -31,6 +31,7 @@ from mobilegs.data.dataset import (
     split_every_eighth,
 )
 from mobilegs.data.distortion import Distortion
+from mobilegs.data.masks import find_masks
 from mobilegs.data.pinhole_views import EQUIRECTANGULAR, sphere_intrinsics
 from mobilegs.data.points import read_points_ply
 from mobilegs.errors import InputError, quoted
@@ -178,17 +179,26 @@ def _frames_of_photos(
     root = Path(commonpath([photo.parent for photo in photos]))
     names = [photo.relative_to(root).as_posix() for photo in photos]
     reduced = images.reduced_files(root, names, downscale)
+    entries = list(zip(meta["frames"], photos, names, strict=True))
+    found = {}
+    if masks:
+        named = {
+            photo: _named_file(f"{source}: {name}", path, "mask", entry["mask_path"])
+            for entry, photo, name in entries
+            if entry.get("mask_path") is not None
+        }
+        found = find_masks(photos, path, named)
     frames = []
-    for index, (entry, photo, name) in enumerate(zip(meta["frames"], photos, names, strict=True)):
+    for index, (entry, photo, name) in enumerate(entries):
         where = f"{source}: frame {index} ({name})"
-        values, mask = {**meta, **entry}, entry.get("mask_path") if masks else None
+        values = {**meta, **entry}
         frames.append(
             posed_frames(
                 name,
                 _camera(where, values, images.image_size(photo), offset),
                 image_path=photo if reduced is None else reduced[name],
                 downscale=downscale if reduced is None else 1,
-                mask_path=None if mask is None else _named_file(where, path, "mask", mask),
+                mask_path=found.get(photo),
                 distortion=_distortion(where, values),
                 alpha="over",
                 background=background,

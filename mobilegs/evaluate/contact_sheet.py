@@ -12,7 +12,7 @@ from torch import Tensor
 from mobilegs.atomic import atomic_path
 from mobilegs.data.dataset import Dataset, Frame, View, load_view
 from mobilegs.errors import InputError
-from mobilegs.evaluate.metrics import displayed_colors, psnr, to_bytes
+from mobilegs.evaluate.metrics import decibels, displayed_colors, psnr, to_bytes
 from mobilegs.render.scene import Scene
 
 CELL = 480  # px, maximum width of an image; those up to half of it are enlarged
@@ -62,7 +62,7 @@ def row_of(view: View, teacher: Scene, student: Scene) -> UInt8[np.ndarray, "h w
     for name, scene in (("teacher", teacher), ("student", student)):
         camera = view.camera.to(scene.gaussians.means.device)
         drawn = displayed_colors(scene.render(camera).image).cpu()
-        cells.append((drawn, f"{name}  {psnr(drawn, photo, mask):.2f} dB"))
+        cells.append((drawn, f"{name}  {decibels(psnr(drawn, photo, mask))}"))
     error = ERROR_GAIN * (cells[-1][0] - photo).abs()
     if mask is not None:
         error = error * mask[..., None]

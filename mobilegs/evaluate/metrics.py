@@ -42,6 +42,13 @@ def psnr(
     return math.inf if error == 0 else -10 * math.log10(error)
 
 
+def decibels(value: float) -> str:
+    """Return a PSNR for people; that of an empty mask is NaN."""
+    if math.isnan(value):
+        return "all masked"
+    return "no error" if math.isinf(value) else f"{value:.2f} dB"
+
+
 def fitted_color(
     image: Float[Tensor, "h w 3"],
     target: Float[Tensor, "h w 3"],

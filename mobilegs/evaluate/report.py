@@ -1,6 +1,7 @@
 """Evaluation of scenes on held-back photos: metrics per view and their means."""
 
 import json
+import logging
 import math
 import sys
 from collections.abc import Callable, Mapping, Sequence
@@ -16,6 +17,7 @@ from mobilegs.evaluate.metrics import color_corrected_psnr, displayed_colors, ps
 from mobilegs.render.scene import Scene
 from mobilegs.render.supersampling import supersampling_for
 
+log = logging.getLogger(__name__)
 METRICS = ("psnr", "cc_psnr", "ssim", *LPIPS_NAMES)
 
 
@@ -118,18 +120,27 @@ def evaluate_side_by_side(
     those of the `training_views` are compared with larger renders, averaged (`supersampling_for`).
     `progress` is called with the number of views done and in total.
 
-    Raises InputError if the capture holds no view back.
+    Views of which the masks leave no pixel are left out, and a warning counts them. Raises
+    InputError if the capture holds no view back, or none with a pixel.
     """
     frames = dataset.test
     if not frames:
         raise InputError("the capture holds no view back for evaluation: it needs more photos")
     views: dict[str, list[ViewMetrics]] = {name: [] for name in scenes}
+    empty = 0
     for done, frame in enumerate(frames, start=1):
-        supersampling = supersampling_for(frame.camera, training_views)
-        for name, row in evaluate_view(scenes, load_view(frame), lpips, supersampling).items():
-            views[name].append(row)
+        supersampling, view = supersampling_for(frame.camera, training_views), load_view(frame)
+        if view.mask is not None and not view.mask.any():
+            empty += 1
+        else:
+            for name, row in evaluate_view(scenes, view, lpips, supersampling).items():
+                views[name].append(row)
         if progress:
             progress(done, len(frames))
+    if empty == len(frames):
+        raise InputError("masks leave no pixel of the held-back photos to compare with")
+    if empty:
+        log.warning("%d held-back views are masked whole and do not count", empty)
     return {name: summary(rows) for name, rows in views.items()}
 
 

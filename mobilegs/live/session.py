@@ -9,7 +9,7 @@ from torch import Tensor
 
 from mobilegs.data.dataset import Dataset, View, load_view
 from mobilegs.errors import InputError
-from mobilegs.evaluate.metrics import to_bytes
+from mobilegs.evaluate.metrics import decibels, to_bytes
 from mobilegs.live import frames
 from mobilegs.live.frame_budget import PIXELS_MAX, Detail, FrameBudget
 from mobilegs.live.frames import BrowserCamera
@@ -155,7 +155,7 @@ class LiveSession:
         view = self._photo[1].to(scene.background.device)
         image = scene.render(view.camera).image
         size = "" if view.camera.width == self._dataset.train[index].camera.width else ", reduced"
-        said = {view.name: f"{frames.view_psnr(image, view):.2f} dB{size}"}
+        said = {view.name: f"{decibels(frames.view_psnr(image, view))}{size}"}
         single = {"photo": view.image, "error": frames.error_map(image, view)}
         row = [view.image, image, single["error"]]
         return single[mode] if mode in single else frames.side_by_side(row, aspect), said

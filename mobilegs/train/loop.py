@@ -130,4 +130,6 @@ def save_preview(
     with atomic_path(run_dir.previews / f"{stage.name}_{stage.done:06}.png") as path:
         Image.fromarray(to_bytes(image).cpu().numpy()).save(path, format="PNG")
     mask = None if view.mask is None else view.mask > 0.5
+    if mask is not None and not mask.any():
+        return
     monitor.log(stage=stage.name, step=stage.done, preview_psnr=psnr(image, view.image, mask))

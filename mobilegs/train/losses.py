@@ -189,11 +189,14 @@ def raw_depth_loss(
 
 @torch.no_grad()
 def masked_mse(image: Float[Tensor, "h w 3"], view: View) -> Float[Tensor, ""]:
-    """Return the mean squared difference to a view's photo, over its mask if it has one."""
+    """Return the mean squared difference to a view's photo, over its mask if it has one.
+
+    A mask of zeros gives NaN.
+    """
     error = (image - view.image).square().mean(2)
     if view.mask is None:
         return error.mean()
-    return (error * view.mask).sum() / view.mask.sum().clamp_min(1)
+    return (error * view.mask).sum() / view.mask.sum()
 
 
 def _variance(error: Float[Tensor, "h w"], counts: Bool[Tensor, "h w"]) -> Float[Tensor, ""]:

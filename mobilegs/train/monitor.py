@@ -14,6 +14,7 @@ from rich.console import Console
 from rich.progress import BarColumn, Progress, TaskID, TextColumn
 
 from mobilegs.atomic import atomic_write
+from mobilegs.evaluate.metrics import decibels
 from mobilegs.progress_display import (
     ProgressLines,
     clock,
@@ -158,7 +159,7 @@ class Monitor:
             step=stage.done,
             phase=stage.phase if stage.done < stage.steps else "done",
             loss=loss,
-            psnr=self.latest[1],
+            **({} if math.isnan(self.latest[1]) else {"psnr": self.latest[1]}),
             gaussians=stage.count,
             seconds=round(self.elapsed(), 2),
         )
@@ -191,7 +192,7 @@ class Monitor:
         return {
             "phase": stage.phase,
             "loss": f"{loss:.4f}",
-            "PSNR": f"{psnr:.2f} dB",
+            "PSNR": decibels(psnr),
             "Gaussians": f"{stage.count:,}",
             "file": f"~{size:.{1 if size >= 1 else 2}f} MB",
             "speed": f"{rate:.1f} steps/s",
@@ -208,8 +209,8 @@ class Monitor:
 
 
 def _psnr(errors: list[torch.Tensor]) -> float:
-    """Return the PSNR of mean squared errors in dB, at most 99."""
-    return -10 * math.log10(max(float(torch.stack(errors).mean()), 10**-9.9))
+    """Return the PSNR of mean squared errors in dB, at most 99; those of empty masks are NaN."""
+    return -10 * math.log10(max(float(torch.stack(errors).nanmean()), 10**-9.9))
 
 
 def exposures_of(rows: list[dict[str, Any]]) -> dict[str, Any]:

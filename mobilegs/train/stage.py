@@ -16,7 +16,7 @@ class StepResult(NamedTuple):
 
     Attributes:
         loss: of the step's images, the mean.
-        mse: mean squared error of the step's images.
+        mse: mean squared error of the step's images; NaN if their masks leave no pixel.
         spread: of the photos' exposures (`train/exposure.py`), in the step that measured it.
     """
 

@@ -80,7 +80,7 @@ def test_a_ready_jpeg_is_copied_and_a_large_one_reduced(tmp_path: Path) -> None:
 def test_photos_of_other_modes_become_rgb(tmp_path: Path) -> None:
     grey = np.full((20, 30), 100 * 256, np.uint16)
     Image.fromarray(grey).save(tmp_path / "grey.png")
-    Image.new("RGBA", (30, 20), (100, 100, 100, 0)).save(tmp_path / "clear.png")
+    Image.new("RGBA", (30, 20), (100, 100, 100, 200)).save(tmp_path / "clear.png")
     Image.new("CMYK", (30, 20), (155, 155, 155, 0)).save(tmp_path / "print.jpg")
     for source in list_photos(tmp_path):
         target = tmp_path / "out" / prepared_names([source])[source]

@@ -107,9 +107,11 @@ def test_a_transforms_test_file_decides_the_split(tmp_path):
 
 
 def test_masks_of_frames_are_used(tmp_path):
-    Image.new("L", (12, 8), 0).save(tmp_path / "m.png")
+    mask = Image.new("L", (12, 8), 0)
+    mask.putpixel((3, 2), 1)
+    mask.save(tmp_path / "m.png")
     view = load_view(load_capture(capture(tmp_path, mask_path="m.png")).train[0])
-    assert view.mask is not None and view.mask.sum() == 0
+    assert view.mask is not None and view.mask.nonzero().tolist() == [[2, 3]]
 
 
 def test_distortion_is_undone_on_load(tmp_path):

@@ -34,6 +34,7 @@ from mobilegs.evaluate.lpips import (
 )
 from mobilegs.evaluate.metrics import (
     color_corrected_psnr,
+    decibels,
     displayed_colors,
     fitted_color,
     psnr,
@@ -299,6 +300,24 @@ def test_masked_pixels_do_not_count(tmp_path: Path) -> None:
     result = evaluate(blob(0.8), dataset)
     assert result["psnr"] == math.inf
     assert result["ssim"] == pytest.approx(1)
+
+
+def test_a_view_without_a_pixel_is_left_out_and_counted(
+    tmp_path: Path, caplog: pytest.LogCaptureFixture
+) -> None:
+    Image.new("L", (40, 32), 0).save(tmp_path / "mask.png")
+    Image.new("RGB", (40, 32), (9, 9, 9)).save(tmp_path / "photo.png")
+    empty = Frame("photo.png", CAMERA, tmp_path / "photo.png", tmp_path / "mask.png")
+    dataset = capture_of(blob(0.8))
+    dataset.test.append(empty)
+    result = evaluate(blob(0.4), dataset)
+    assert 10 < result["psnr"] < 40 and len(result["views"]) == 2
+    assert "1 held-back views are masked whole and do not count" in caplog.text
+    dataset.test[:] = [empty]
+    with pytest.raises(InputError, match="masks leave no pixel"):
+        evaluate(blob(0.4), dataset)
+    texts = [decibels(value) for value in (math.nan, math.inf, 20.123)]
+    assert texts == ["all masked", "no error", "20.12 dB"]
 
 
 def test_a_capture_without_held_back_views_is_refused() -> None:

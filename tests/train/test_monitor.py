@@ -1,6 +1,7 @@
 """The progress display: the time left, a narrow terminal, and lines without a terminal."""
 
 import io
+import math
 import threading
 from dataclasses import dataclass
 from pathlib import Path
@@ -92,6 +93,17 @@ class Log(io.StringIO):
         if "301 of 30,000" in text:
             self.has_step.set()
         return super().write(text)
+
+
+def test_steps_without_a_pixel_have_no_psnr(tmp_path: Path) -> None:
+    monitor = Monitor(tmp_path / "log", [], {})
+    stage: Any = Counted(steps=2)
+    monitor.begin(stage)
+    for error in (math.nan, 0.01):
+        stage.done += 1
+        monitor.after_step(stage, StepResult(torch.zeros(()), torch.tensor(error)))
+        assert monitor.rows[-1].get("psnr") == (None if math.isnan(error) else pytest.approx(20))
+    assert "NaN" not in (tmp_path / "log").read_text("utf-8")
 
 
 def test_a_log_has_the_state_of_the_training(

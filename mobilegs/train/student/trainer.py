@@ -202,7 +202,7 @@ class Student:
         if self.votes.prunes_after(self.done):
             self._prune(self.votes.kept())
         losses, errors = zip(*results, strict=True)
-        return StepResult(torch.stack(losses).mean(), torch.stack(errors).mean())
+        return StepResult(torch.stack(losses).mean(), torch.stack(errors).nanmean())
 
     def scene(self) -> Scene:
         """Return the current scene; once quantised, it is that of the file."""

@@ -286,7 +286,7 @@ class Teacher:
         if self.done == self.steps:
             self._remove_unsupported()
         losses, errors, *_ = zip(*results, strict=True)
-        return StepResult(torch.stack(losses).mean(), torch.stack(errors).mean(), spread)
+        return StepResult(torch.stack(losses).mean(), torch.stack(errors).nanmean(), spread)
 
     def _begin_exposures(self) -> float | None:
         """Decide in one of the steps whether photos differ; return their spread in that step."""
