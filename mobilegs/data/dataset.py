@@ -415,8 +415,8 @@ def posed_frames(
     read. Raises `InputError` if a file cannot be read, if the aspect ratios of camera, photo and
     mask differ, or if the lens leaves no view.
     """
-    size = images.image_size(image_path)
     recorded = (camera.width, camera.height)
+    size = images.turned_size(image_path, recorded)
     if not images.same_shape(size, recorded):
         raise InputError(
             f"{image_path} is {size[0]}x{size[1]} but its camera is "

@@ -3,13 +3,13 @@
 import math
 import struct
 import zlib
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
 
 import numpy as np
 from jaxtyping import Bool, UInt8
-from PIL import Image
+from PIL import Image, ImageOps
 from scipy.sparse import csr_array
 
 from mobilegs.errors import InputError
@@ -17,7 +17,7 @@ from mobilegs.errors import InputError
 SUFFIXES = (".jpg", ".jpeg", ".png", ".webp", ".bmp", ".tif", ".tiff", ".avif")
 WIDTH_MAX = 1600  # pixels: wider photos are downscaled if no factor is given, as in 3DGS
 
-EXIF, TIME, F_NUMBER, ISO = 0x8769, 0x829A, 0x829D, 0x8827  # tags
+EXIF, TIME, F_NUMBER, ISO, ORIENTATION = 0x8769, 0x829A, 0x829D, 0x8827, 0x0112  # tags
 
 # of SUFFIXES; of PIL's others, EPS would start Ghostscript
 FORMATS = ("JPEG", "PNG", "WEBP", "BMP", "TIFF", "AVIF")
@@ -59,6 +59,26 @@ def image_size(path: Path) -> tuple[int, int]:
     """Return width and height in pixels as stored, without EXIF rotation."""
     with open_image(path) as image:
         return image.size
+
+
+def turned_size(path: Path, shape: tuple[int, int]) -> tuple[int, int]:
+    """Return width and height in pixels, after EXIF rotation if only that gives them a shape.
+
+    `shape` is a width and a height with the same aspect ratio.
+    """
+    with open_image(path) as image, decoding(path):
+        return image.size[::-1] if _is_turned(image, shape) else image.size
+
+
+def _is_turned(image: Image.Image, shape: tuple[int, int]) -> bool:
+    """Return whether EXIF swaps the sides of an image, and it has a `shape` only then."""
+    if same_shape(image.size, shape) or not same_shape(image.size[::-1], shape):
+        return False
+    return image.getexif().get(ORIENTATION) in (5, 6, 7, 8)
+
+
+def _upright(image: Image.Image, shape: tuple[int, int]) -> Image.Image:
+    return ImageOps.exif_transpose(image) if _is_turned(image, shape) else image
 
 
 def exposure_of(image: Image.Image) -> float | None:
@@ -119,6 +139,7 @@ def read_pixels(
     """
     with open_image(path) as image, decoding(path):
         image.load()
+        image = _upright(image, (width, height))
         if not _has_alpha(image):
             return np.asarray(_boxed(as_rgb(image), width, height)), None
         rgba = image.convert("RGBA")
@@ -145,7 +166,7 @@ def read_opaque(path: Path, width: int, height: int) -> Bool[np.ndarray, "h w"]:
     file cannot be decoded.
     """
     with open_image(path) as image, decoding(path):
-        alpha = image.convert("RGBA").getchannel("A")
+        alpha = _upright(image, (width, height)).convert("RGBA").getchannel("A")
     shown = Image.fromarray(np.where(np.asarray(alpha) > 0, np.uint8(255), np.uint8(0)))
     return np.asarray(shown.resize((width, height), Image.Resampling.BOX)) > 0
 
@@ -155,27 +176,6 @@ def list_images(folder: Path) -> list[Path]:
     if not folder.is_dir():
         return []
     return sorted(path for path in folder.iterdir() if path.suffix.lower() in SUFFIXES)
-
-
-def reduced_files(
-    folder: Path, names: Iterable[str], downscale: int | None
-) -> dict[str, Path] | None:
-    """Return the downscaled photos in `images_4/` next to `images/`, for a `downscale` of 4.
-
-    Files are matched by name, or else by sorted order if both folders hold equally many. None if
-    there is no such folder, or its files match neither way.
-    """
-    reduced = folder.with_name(f"{folder.name}_{downscale}")
-    if downscale is None or downscale == 1 or not reduced.is_dir():
-        return None
-    names = list(names)
-    if all(is_file(reduced / name) for name in names):
-        return {name: reduced / name for name in names}
-    full, small = list_images(folder), list_images(reduced)
-    ranks = {path.name: rank for rank, path in enumerate(full)}
-    if len(full) != len(small) or not ranks.keys() >= set(names):
-        return None
-    return {name: small[ranks[name]] for name in names}
 
 
 def _has_alpha(image: Image.Image) -> bool:
