@@ -125,8 +125,8 @@ def _no_poses(path: Path) -> str:
             half = half or file
     if half is not None:
         return (
-            f"{path} has {quoted(half.relative_to(path).as_posix())}, but no camera poses that are read: export "
-            "COLMAP's cameras and images (.bin or .txt) into its folder sparse/0"
+            f"{path} has {quoted(half.relative_to(path).as_posix())}, but no camera poses that are "
+            "read: export COLMAP's cameras and images (.bin or .txt) into its folder sparse/0"
         )
     for folder in (path / "images", path):
         if images.list_images(folder):

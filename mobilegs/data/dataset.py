@@ -416,7 +416,8 @@ def posed_frames(
     mask differ, or if the lens leaves no view.
     """
     recorded = (camera.width, camera.height)
-    size = images.turned_size(image_path, recorded)
+    with images.open_image(image_path) as image, images.decoding(image_path):
+        size = image.size[::-1] if images.is_turned(image, recorded) else image.size
     if not images.same_shape(size, recorded):
         raise InputError(
             f"{image_path} is {size[0]}x{size[1]} but its camera is "

@@ -61,24 +61,15 @@ def image_size(path: Path) -> tuple[int, int]:
         return image.size
 
 
-def turned_size(path: Path, shape: tuple[int, int]) -> tuple[int, int]:
-    """Return width and height in pixels, after EXIF rotation if only that gives them a shape.
-
-    `shape` is a width and a height with the same aspect ratio.
-    """
-    with open_image(path) as image, decoding(path):
-        return image.size[::-1] if _is_turned(image, shape) else image.size
-
-
-def _is_turned(image: Image.Image, shape: tuple[int, int]) -> bool:
-    """Return whether EXIF swaps the sides of an image, and it has a `shape` only then."""
+def is_turned(image: Image.Image, shape: tuple[int, int]) -> bool:
+    """Return whether an opened image has the aspect ratio of a size only after EXIF rotation."""
     if same_shape(image.size, shape) or not same_shape(image.size[::-1], shape):
         return False
     return image.getexif().get(ORIENTATION) in (5, 6, 7, 8)
 
 
 def _upright(image: Image.Image, shape: tuple[int, int]) -> Image.Image:
-    return ImageOps.exif_transpose(image) if _is_turned(image, shape) else image
+    return ImageOps.exif_transpose(image) if is_turned(image, shape) else image
 
 
 def exposure_of(image: Image.Image) -> float | None:
