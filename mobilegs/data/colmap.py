@@ -35,23 +35,20 @@ from mobilegs.errors import InputError
 from mobilegs.render.project import rotation_matrices
 
 BESIDE_PHOTOS = ("sparse",)
-# and folders in them, mostly called 0, 1, ...
+# "" is the capture itself
 MODEL_FOLDERS = (
-    *BESIDE_PHOTOS,
-    "colmap/sparse",
-    "dense/sparse",
-    "dense/0/sparse",
-    "",
-    "distorted/sparse",
-)
+    *BESIDE_PHOTOS, "colmap/sparse", "colmap", "dense/sparse", "dense/0/sparse", "", "images",
+    "input", "sparse_text", "distorted/sparse",
+)  # fmt: skip
 log = logging.getLogger(__name__)
 
 
 def find_models(path: Path, folders: Sequence[str] = MODEL_FOLDERS) -> dict[Path, int]:
     """Return the COLMAP models of a capture that lie side by side, with their numbers of photos."""
-    for name in folders:
-        found, folder = all if name == "" else any, path / name
-        models = [each for each in (*_subfolders(folder), folder) if found(_model_parts(each))]
+    for folder in (path / name for name in folders):
+        own = folder.name == "sparse"  # of COLMAP: it may have folders 0, 1, ...
+        places = (*_subfolders(folder), folder) if own else (folder,)
+        models = [each for each in places if (any if own else all)(_model_parts(each))]
         if models:
             return {each: _photo_count(each) if len(models) > 1 else 0 for each in models}
     return {}

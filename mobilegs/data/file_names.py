@@ -22,7 +22,7 @@ FILES_MAX = 1 << 18  # files of a folder that are looked through
 SOURCES = (*images.SUFFIXES, ".heic", ".heif", ".dng", ".cr2", ".cr3", ".nef", ".arw", ".exr")
 # folders whose files often have the names of photos: reduced, undistorted, masks, depth, ...
 NOT_PHOTOS = re.compile(
-    r"images?_\d+|dense|undistorted|.*(mask|depth|normal|segment|semantic|conf|thumb|preview).*"
+    r"images?_\d+|dense|undistorted|.*(mask|depth|normal|segment|semantic|confidence|thumb|preview).*"
 )
 DRIVE = re.compile(r"[A-Za-z]:")
 log = logging.getLogger(__name__)
