@@ -3,14 +3,16 @@
 import math
 import os
 from dataclasses import replace
+from itertools import islice
 from pathlib import Path
 
 from mobilegs.atomic import read_json, read_text
 from mobilegs.data import images
 from mobilegs.data.colmap import BESIDE_PHOTOS, find_models, load_colmap
 from mobilegs.data.dataset import Color, Dataset, Frame, View, ViewLoader, load_view
+from mobilegs.data.file_names import FILES_MAX, walk_files
 from mobilegs.data.nerfstudio import load_blender, load_nerfstudio
-from mobilegs.errors import InputError
+from mobilegs.errors import InputError, quoted
 
 __all__ = ["Dataset", "Frame", "View", "ViewLoader", "has_poses", "load_capture", "load_view"]
 
@@ -19,6 +21,11 @@ CAPTURE_FILE = "capture.json"  # written by `mobilegs capture`
 # the errors of a `CAPTURE_FILE` that is missing or says nothing
 CAPTURE_FILE_ERRORS = (ValueError, LookupError, TypeError, OverflowError)
 TRANSFORMS = ("transforms_train.json", "transforms.json")
+# those of which COLMAP needs two, those of its features and of Metashape
+POSE_FILES = (
+    *TRANSFORMS, "cameras.bin", "cameras.txt", "images.bin", "images.txt", "database.db",
+    "cameras.xml",
+)  # fmt: skip
 
 
 def has_poses(path: Path) -> bool:
@@ -108,6 +115,19 @@ def _with_near(dataset: Dataset, file: Path) -> Dataset:
 
 
 def _no_poses(path: Path) -> str:
+    half = None
+    for file in islice(walk_files(path), FILES_MAX):
+        if file.name in POSE_FILES:
+            inner = list(file.parents)[: len(file.relative_to(path).parts) - 1]
+            whole = next((folder for folder in reversed(inner) if has_poses(folder)), None)
+            if whole is not None:
+                return f"{path} is not a capture, but {whole} is one: give that folder"
+            half = half or file
+    if half is not None:
+        return (
+            f"{path} has {quoted(half.relative_to(path).as_posix())}, but no camera poses that are "
+            "read: export COLMAP's cameras and images (.bin or .txt) into its folder sparse/0"
+        )
     for folder in (path / "images", path):
         if images.list_images(folder):
             return (

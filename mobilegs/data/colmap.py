@@ -1,8 +1,8 @@
-"""Reads COLMAP captures: a folder with `images/` and `sparse/0/`."""
+"""Reads COLMAP captures: a folder with photos, mostly in `images/`, and a model in `sparse/0/`."""
 
 import logging
 from collections.abc import Sequence
-from pathlib import Path, PurePosixPath
+from pathlib import Path
 from typing import Literal
 
 import numpy as np
@@ -10,10 +10,10 @@ import torch
 from jaxtyping import Float
 
 from mobilegs.camera import Camera
-from mobilegs.data import images
 from mobilegs.data.colmap_files import (
     ColmapCamera,
     ColmapImage,
+    ColmapPoints,
     count_images,
     read_cameras,
     read_images,
@@ -28,19 +28,27 @@ from mobilegs.data.dataset import (
     recentred,
     split_every_eighth,
 )
+from mobilegs.data.file_names import Folder, find_photos, reduced_photos, report_missing
 from mobilegs.data.masks import find_masks
-from mobilegs.errors import InputError, quoted
+from mobilegs.data.points import read_points_ply
+from mobilegs.errors import InputError
 from mobilegs.render.project import rotation_matrices
 
 BESIDE_PHOTOS = ("sparse",)
-MODEL_FOLDERS = (*BESIDE_PHOTOS, "colmap/sparse")  # and folders in them, mostly called 0, 1, ...
+# "" is the capture itself
+MODEL_FOLDERS = (
+    *BESIDE_PHOTOS, "colmap/sparse", "colmap", "dense/sparse", "dense/0/sparse", "", "images",
+    "input", "sparse_text", "distorted/sparse",
+)  # fmt: skip
 log = logging.getLogger(__name__)
 
 
 def find_models(path: Path, folders: Sequence[str] = MODEL_FOLDERS) -> dict[Path, int]:
     """Return the COLMAP models of a capture that lie side by side, with their numbers of photos."""
     for folder in (path / name for name in folders):
-        models = [each for each in (*_subfolders(folder), folder) if _is_model(each)]
+        own = folder.name == "sparse"  # of COLMAP: it may have folders 0, 1, ...
+        places = (*_subfolders(folder), folder) if own else (folder,)
+        models = [each for each in places if (any if own else all)(_model_parts(each))]
         if models:
             return {each: _photo_count(each) if len(models) > 1 else 0 for each in models}
     return {}
@@ -53,9 +61,10 @@ def _subfolders(folder: Path) -> list[Path]:
         return []
 
 
-def _is_model(folder: Path) -> bool:
-    files = [f"{noun}.{kind}" for noun in ("images", "cameras") for kind in ("bin", "txt")]
-    return any((folder / file).exists() for file in files)
+def _model_parts(folder: Path) -> list[bool]:
+    """Return whether a folder has the photos and the cameras of a model."""
+    nouns, kinds = ("images", "cameras"), ("bin", "txt")
+    return [any((folder / f"{noun}.{kind}").exists() for kind in kinds) for noun in nouns]
 
 
 def _photo_count(folder: Path) -> int:
@@ -78,26 +87,30 @@ def load_colmap(
     if len(models) > 1:
         sizes = ", ".join(f"{each.name} of {count} photos" for each, count in models.items())
         log.warning("%s has the models %s: the largest is used", path, sizes)
-    cameras = read_cameras(_model_file(model, "cameras"))
     registered = read_images(_model_file(model, "images"))
     if not registered:
         raise InputError(f"{model} has no registered photo; reconstruct it again with more overlap")
-    points = read_points(_model_file(model, "points3D"))
+    used = {image.camera_id for image in registered}
+    cameras = read_cameras(_model_file(model, "cameras"), used)
+    for image in registered:
+        if image.camera_id not in cameras:
+            raise InputError(
+                f"{model}: photo {image.name} refers to camera {image.camera_id}, which does not "
+                "exist, or follows a camera of an unknown lens model"
+            )
+    sizes = {image.name: cameras[image.camera_id][:2] for image in registered}
+    files, names, downscale = _photo_files(path, model, sizes, downscale)
+    registered = [image for image in registered if image.name in files]
+    points = _points(model)
     viewmats, xyz, offset = recentred([_viewmat(image) for image in registered], points.xyz)
-    files, downscale = _photo_files(path, [image.name for image in registered], downscale)
     found = find_masks(list(files.values()), path) if masks else {}
     background = background or (0.0, 0.0, 0.0)
     groups = _moments(model)
     frames = []
     for image, viewmat in zip(registered, viewmats, strict=True):
-        if image.camera_id not in cameras:
-            raise InputError(
-                f"{model}: photo {image.name} refers to camera {image.camera_id}, which does not "
-                "exist"
-            )
-        lens = cameras[image.camera_id]
+        lens, name = cameras[image.camera_id], names[image.name]
         frames += posed_frames(
-            image.name,
+            name,
             _camera(lens, viewmat),
             image_path=files[image.name],
             downscale=downscale,
@@ -118,7 +131,7 @@ def load_colmap(
     )
 
 
-def _model_file(model: Path, noun: Literal["cameras", "images", "points3D"]) -> Path:
+def _model_file(model: Path, noun: Literal["cameras", "images"]) -> Path:
     for suffix in (".bin", ".txt"):
         if (model / f"{noun}{suffix}").is_file():
             return model / f"{noun}{suffix}"
@@ -127,28 +140,38 @@ def _model_file(model: Path, noun: Literal["cameras", "images", "points3D"]) -> 
     )
 
 
+def _points(model: Path) -> ColmapPoints:
+    """Return the sparse points of a model; none if it has no file of them."""
+    for file in (model / "points3D.bin", model / "points3D.txt"):
+        if file.is_file():
+            return read_points(file)
+    file = Folder(model).find("points3D.ply")  # which 3DGS writes beside them
+    if file is None:
+        return ColmapPoints(np.zeros((0, 3)), np.zeros((0, 3), np.uint8))
+    xyz, rgb = read_points_ply(file)
+    return ColmapPoints(xyz, (255 * rgb).round().astype(np.uint8))
+
+
 def _photo_files(
-    path: Path, names: list[str], downscale: int | None
-) -> tuple[dict[str, Path], int | None]:
-    """Return the file of every photo, and the downscale that is left to do (None: automatic)."""
-    folder = path / "images"
-    for name in names:
-        if PurePosixPath(name).is_absolute() or ".." in PurePosixPath(name).parts:
-            raise InputError(
-                f"the COLMAP model of {path} names the photo {quoted(name)}, outside of images/"
-            )
-    reduced = images.reduced_files(folder, names, downscale)
-    if reduced is not None:
-        return reduced, 1
-    if not folder.is_dir():
-        raise InputError(f"{path} has a COLMAP model but no folder images/ with the photos")
-    missing = [name for name in names if not images.is_file(folder / name)]
-    if missing:
-        raise InputError(
-            f"{folder} lacks {len(missing)} of the {len(names)} photos of the COLMAP model, such "
-            f"as {missing[0]}; put them back or reconstruct without them"
-        )
-    return {name: folder / name for name in names}, downscale
+    path: Path, model: Path, sizes: dict[str, tuple[int, int]], downscale: int | None
+) -> tuple[dict[str, Path], dict[str, str], int | None]:
+    """Return file and frame name of each photo, and the downscale that is left (None: automatic).
+
+    `sizes` has the photos of the model.
+    """
+    places = [model, *model.parents[: len(model.relative_to(path).parts)]]
+    usual = ("input", "images") if "distorted" in model.parts else ("images", "input")
+    folders = [place / name for place in places for name in usual]
+    photos = find_photos(path, [*folders, path], list(sizes), model)
+    files, folder = photos.files, photos.folder.root if photos.files else path / "images"
+    reduced = None
+    if folder != path:
+        reduced = reduced_photos(folder, {name: sizes[name] for name in files or sizes}, downscale)
+    if reduced and not files:
+        files, folder = reduced, folder.with_name(f"{folder.name}_{downscale}")
+    report_missing(photos.folder, files, list(sizes), model)
+    names = {name: file.relative_to(folder).as_posix() for name, file in files.items()}
+    return reduced or files, names, 1 if reduced else downscale
 
 
 def _moments(model: Path) -> dict[int, str]:

@@ -5,8 +5,9 @@ count is compared with the size of the file before memory is allocated.
 """
 
 import math
+import re
 import struct
-from collections.abc import Iterator
+from collections.abc import Container, Iterator
 from dataclasses import dataclass
 from pathlib import Path
 from typing import NamedTuple
@@ -43,6 +44,17 @@ ONE_FOCAL_LENGTH = (
     "SIMPLE_PINHOLE", "SIMPLE_RADIAL", "RADIAL", "SIMPLE_FISHEYE", "SIMPLE_RADIAL_FISHEYE",
     "RADIAL_FISHEYE",
 )  # fmt: skip
+OTHER_NAMES = {
+    "PERSPECTIVE": "PINHOLE",  # nerfstudio, OpenSfM
+    "FRAME": "PINHOLE",  # Metashape
+    "BROWN": "OPENCV",  # OpenSfM
+    "RADTAN": "OPENCV",  # Kalibr
+    "FISHEYEOPENCV": "OPENCV_FISHEYE",  # OpenSfM
+    "KANNALABRANDT": "OPENCV_FISHEYE",
+    "KB4": "OPENCV_FISHEYE",
+    "SPHERICAL": "EQUIRECTANGULAR",  # Metashape, OpenSfM
+}
+SPELLINGS = {name.replace("_", ""): name for name, _ in MODELS.values()} | OTHER_NAMES
 CAMERA_SENSOR = 0  # type of a rig's sensor; others are no cameras
 SIDE_MAX = 1 << 16  # pixels
 
@@ -125,16 +137,39 @@ _POINT = np.dtype(
 )  # packed, 51 bytes
 
 
-def read_cameras(path: Path) -> dict[int, ColmapCamera]:
-    """Read `cameras.bin` or `cameras.txt` into cameras by id.
+def lens_model(name: str) -> str:
+    """Return COLMAP's name of a lens model that another program spells its own way.
+
+    A name that is not known is returned as it is.
+    """
+    plain = re.sub(r"[^A-Z0-9]", "", name.upper().rpartition(".")[2])
+    known = MODELS.get(int(plain)) if re.fullmatch("[0-9]{1,2}", plain) else None
+    return known[0] if known else SPELLINGS.get(plain, name)
+
+
+def read_cameras(path: Path, used: Container[int] | None = None) -> dict[int, ColmapCamera]:
+    """Read `cameras.bin` or `cameras.txt` into cameras by id: those of `used`, or all.
 
     Raises `InputError` for a damaged file, and for a lens model that is not supported.
     """
     cameras = {}
+    lengths = dict(MODELS.values())
     for number, model, width, height, parameters in (
         _binary_cameras(path) if path.suffix == ".bin" else _text_cameras(path)
     ):
+        if used is not None and number not in used:
+            continue
         where = f"{path}: camera {number}"
+        if model not in lengths:
+            raise InputError(
+                f"{where} has the unknown lens model {quoted(model)}; "
+                "export with SIMPLE_PINHOLE, PINHOLE or OPENCV cameras"
+            )
+        if len(parameters) != lengths[model]:
+            raise InputError(
+                f"{where} has {len(parameters)} parameters instead of the {lengths[model]} of "
+                f"{model}; copy or export it again"
+            )
         if not (0 < width <= SIDE_MAX and 0 < height <= SIDE_MAX):
             raise InputError(f"{where} has an impossible size of {width}x{height} pixels")
         cameras[number] = _camera(where, model, width, height, parameters)
@@ -237,11 +272,9 @@ def _binary_cameras(path: Path) -> Iterator[_RawCamera]:
     file = _BinaryReader.of(path)
     for _ in range(file.count(_CAMERA.size, "cameras")):
         number, model, width, height = file.take(_CAMERA)
-        if model not in MODELS:
-            raise InputError(
-                f"{path}: camera {number} has the unknown lens model {model} at byte "
-                f"{file.offset - 20}; export with SIMPLE_PINHOLE, PINHOLE or OPENCV cameras"
-            )
+        if model not in MODELS:  # the length of its record is not known
+            yield number, str(model), width, height, ()
+            return
         name, parameters = MODELS[model]
         yield number, name, width, height, file.take(struct.Struct(f"<{parameters}d"))
     file.finish()
@@ -313,25 +346,16 @@ def _bad_line(path: Path, number: int, layout: str) -> InputError:
 
 
 def _text_cameras(path: Path) -> Iterator[_RawCamera]:
-    known = {name: parameters for name, parameters in MODELS.values()}
     for line_number, line in _lines(path):
         if not line:
             continue
         try:
             number, model, width, height, *values = line.split()
-            parsed = int(number), model, int(width), int(height), tuple(map(float, values))
+            parameters = tuple(map(float, values))
+            yield int(number), lens_model(model), int(width), int(height), parameters
         except ValueError as error:
             layout = "CAMERA_ID MODEL WIDTH HEIGHT PARAMS..."
             raise _bad_line(path, line_number, layout) from error
-        if model not in known:
-            raise InputError(
-                f"{path}, line {line_number} has the unknown lens model {quoted(model)}; "
-                "export with SIMPLE_PINHOLE, PINHOLE or OPENCV cameras"
-            )
-        if len(values) != known[model]:
-            layout = f"CAMERA_ID {model} WIDTH HEIGHT and {known[model]} numbers"
-            raise _bad_line(path, line_number, layout)
-        yield parsed
 
 
 def _text_images(path: Path) -> Iterator[ColmapImage]:

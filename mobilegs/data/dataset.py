@@ -454,9 +454,10 @@ def posed_frames(
     read. Raises `InputError` if a file cannot be read, if the aspect ratios of camera, photo and
     mask differ, or if the lens leaves no view.
     """
-    with images.open_image(image_path) as image, images.decoding(image_path):
-        size, colors = image.size, images.colors_name(image)
     recorded = (camera.width, camera.height)
+    with images.open_image(image_path) as image, images.decoding(image_path):
+        size = image.size[::-1] if images.is_turned(image, recorded) else image.size
+        colors = images.colors_name(image)
     if not images.same_shape(size, recorded):
         raise InputError(
             f"{image_path} is {size[0]}x{size[1]} but its camera is "

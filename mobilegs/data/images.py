@@ -5,7 +5,7 @@ import re
 import struct
 import threading
 import zlib
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
 
@@ -35,7 +35,7 @@ REDUCED_FROM = 64_000_000  # pixels
 PIXELS_MAX = 180_000_000  # that are decoded at once; PIL's own limit is as high
 JPEG_PIXELS_MAX = 1_000_000_000
 
-EXIF, TIME, F_NUMBER, ISO = 0x8769, 0x829A, 0x829D, 0x8827  # tags
+EXIF, TIME, F_NUMBER, ISO, ORIENTATION = 0x8769, 0x829A, 0x829D, 0x8827, 0x0112  # tags
 COLOR_SPACE, INTEROP, INTEROP_INDEX = 0xA001, 0xA005, 1
 
 # of SUFFIXES; of PIL's others, EPS would start Ghostscript
@@ -179,6 +179,17 @@ def image_size(path: Path) -> tuple[int, int]:
         return image.size
 
 
+def is_turned(image: Image.Image, shape: tuple[int, int]) -> bool:
+    """Return whether an opened image has the aspect ratio of a size only after EXIF rotation."""
+    if same_shape(image.size, shape) or not same_shape(image.size[::-1], shape):
+        return False
+    return image.getexif().get(ORIENTATION) in (5, 6, 7, 8)
+
+
+def _upright(image: Image.Image, shape: tuple[int, int]) -> Image.Image:
+    return ImageOps.exif_transpose(image) if is_turned(image, shape) else image
+
+
 def exposure_of(image: Image.Image) -> float | None:
     """Return the exposure of a photo after its EXIF, None if it does not say.
 
@@ -236,7 +247,9 @@ def read_pixels(
     opaque; in all other cases `opaque` is None. Raises `InputError` if it cannot be decoded.
     """
     with open_image(path) as image:
-        rgba = decode_srgb(image, path, (width, height))
+        turned = is_turned(image, (width, height))
+        least = (height, width) if turned else (width, height)
+        rgba = decode_srgb(image, path, least, upright=turned)
     if rgba.mode == "RGB":
         return np.asarray(_boxed(rgba, width, height)), None
     alpha, rgb = rgba.getchannel("A"), rgba.convert("RGB")
@@ -255,7 +268,7 @@ def read_opaque(path: Path, width: int, height: int) -> Bool[np.ndarray, "h w"]:
     file cannot be decoded.
     """
     with open_image(path) as image, decoding(path):
-        alpha = image.convert("RGBA").getchannel("A")
+        alpha = _upright(image, (width, height)).convert("RGBA").getchannel("A")
     shown = Image.fromarray(np.where(np.asarray(alpha) > 0, np.uint8(255), np.uint8(0)))
     return np.asarray(shown.resize((width, height), Image.Resampling.BOX)) > 0
 
@@ -265,27 +278,6 @@ def list_images(folder: Path) -> list[Path]:
     if not folder.is_dir():
         return []
     return sorted(path for path in folder.iterdir() if path.suffix.lower() in SUFFIXES)
-
-
-def reduced_files(
-    folder: Path, names: Iterable[str], downscale: int | None
-) -> dict[str, Path] | None:
-    """Return the downscaled photos in `images_4/` next to `images/`, for a `downscale` of 4.
-
-    Files are matched by name, or else by sorted order if both folders hold equally many. None if
-    there is no such folder, or its files match neither way.
-    """
-    reduced = folder.with_name(f"{folder.name}_{downscale}")
-    if downscale is None or downscale == 1 or not reduced.is_dir():
-        return None
-    names = list(names)
-    if all(is_file(reduced / name) for name in names):
-        return {name: reduced / name for name in names}
-    full, small = list_images(folder), list_images(reduced)
-    ranks = {path.name: rank for rank, path in enumerate(full)}
-    if len(full) != len(small) or not ranks.keys() >= set(names):
-        return None
-    return {name: small[ranks[name]] for name in names}
 
 
 def is_transparent(image: Image.Image) -> bool:

@@ -5,11 +5,13 @@ ignored: poses and points already include it. The format is documented at
 https://docs.nerf.studio/quickstart/data_conventions.html.
 """
 
+import logging
 import math
 from collections.abc import Sequence
+from dataclasses import replace
 from itertools import chain
 from os.path import commonpath
-from pathlib import Path, PurePosixPath, PureWindowsPath
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -19,7 +21,7 @@ from jaxtyping import Float
 from mobilegs.atomic import read_json
 from mobilegs.camera import Camera
 from mobilegs.data import images
-from mobilegs.data.colmap_files import SIDE_MAX
+from mobilegs.data.colmap_files import SIDE_MAX, lens_model
 from mobilegs.data.dataset import (
     Color,
     Dataset,
@@ -31,14 +33,21 @@ from mobilegs.data.dataset import (
     split_every_eighth,
 )
 from mobilegs.data.distortion import Distortion
+from mobilegs.data.file_names import Folder, find_photos, reduced_photos, report_missing
 from mobilegs.data.masks import find_masks
 from mobilegs.data.pinhole_views import EQUIRECTANGULAR, sphere_intrinsics
 from mobilegs.data.points import read_points_ply
 from mobilegs.errors import InputError, quoted
 
-ALL_SUFFIXES = ("", *images.SUFFIXES, *(suffix.upper() for suffix in images.SUFFIXES))
-PINHOLES = ("OPENCV", "PINHOLE", "SIMPLE_PINHOLE", "SIMPLE_RADIAL", "RADIAL")
+PINHOLES = ("OPENCV", "PINHOLE", "SIMPLE_PINHOLE", "SIMPLE_RADIAL", "RADIAL", "FULL_OPENCV")
+FISHEYES = (
+    "OPENCV_FISHEYE", "FISHEYE", "SIMPLE_FISHEYE", "SIMPLE_RADIAL_FISHEYE", "RADIAL_FISHEYE",
+    "THIN_PRISM_FISHEYE",
+)  # fmt: skip
 PANORAMA = "EQUIRECTANGULAR"
+INSTANT_NGP_LENSES = ("ftheta_p0", "latlong", "equirectangular", "orthographic")  # their keys
+POINT_FILES = ("points3D.ply", "points3d.ply", "sparse_pc.ply", "pointcloud.ply")
+log = logging.getLogger(__name__)
 
 
 def load_nerfstudio(
@@ -52,6 +61,7 @@ def load_nerfstudio(
     """
     source = path / "transforms.json"
     meta = read_transforms(source)
+    listed = [frame.get("file_path") for frame in meta["frames"]]
     files = frame_files(path, meta, source)
     if background is None:
         see_through = any(images.has_alpha(file) for file in files)
@@ -69,9 +79,9 @@ def load_nerfstudio(
     if (path / "transforms_test.json").is_file():
         train, test = frames, read_frames(path, "transforms_test.json", **options)
     elif "train_filenames" in meta and ("test_filenames" in meta or "val_filenames" in meta):
-        train = _named(source, meta, "train_filenames", files, photos)
+        train = _named(source, meta, "train_filenames", listed, files, photos)
         held = "test_filenames" if meta.get("test_filenames") else "val_filenames"
-        test = _named(source, meta, held, files, photos)
+        test = _named(source, meta, held, listed, files, photos)
     else:
         train, test = split_every_eighth(frames)
     return assemble(
@@ -91,8 +101,7 @@ def load_blender(
     """Read a NeRF-synthetic capture: renders with alpha over `background`, white by default.
 
     Its poses are in `transforms_train.json` and `_test.json`; without the latter every eighth view
-    by name is held back. It has no points. `load_capture` describes the arguments. Raises
-    `InputError`.
+    by name is held back. `load_capture` describes the arguments. Raises `InputError`.
     """
     background = background or (1.0, 1.0, 1.0)
     options: dict[str, Any] = {"downscale": downscale, "background": background, "masks": masks}
@@ -101,9 +110,10 @@ def load_blender(
         test = read_frames(path, "transforms_test.json", **options)
     else:
         train, test = split_every_eighth(train)
-    none = np.zeros((0, 3))
+    source = path / "transforms_train.json"
+    points, colors = _points(source, read_transforms(source))
     name = path.resolve().name
-    return assemble(name, train, test, points=none, colors=none, background=background)
+    return assemble(name, train, test, points=points, colors=colors, background=background)
 
 
 def read_transforms(path: Path) -> dict[str, Any]:
@@ -118,39 +128,20 @@ def read_transforms(path: Path) -> dict[str, Any]:
 
 
 def frame_files(path: Path, meta: dict[str, Any], source: Path) -> list[Path]:
-    """Return the photo of every frame, with a suffix added if it is missing.
+    """Return the photo of every frame, and leave out of `meta` the frames without one.
 
-    Raises `InputError`, which names `source`, for a photo that does not exist.
+    Raises `InputError`, which names `source`, if half of the photos or more do not exist.
     """
-    files = []
+    names: list[str] = []
     for index, frame in enumerate(meta["frames"]):
         name = frame.get("file_path")
         if not isinstance(name, str) or not name:
             raise InputError(f"{source}: frame {index} has no file_path")
-        file = find_file(path, name, ALL_SUFFIXES)
-        if file is None:
-            raise InputError(
-                f"{source}: the photo {quoted(name)} of frame {index} is not in {path}"
-            )
-        files.append(file)
-    return files
-
-
-def find_file(path: Path, name: str, suffixes: Sequence[str] = ("",)) -> Path | None:
-    """Return the file in the capture `path` that a transforms file calls `name`, or None.
-
-    One of `suffixes` is added. Backslashes, as Windows writes them, separate folders. Of an
-    absolute path from another machine the longest ending counts that is a file of the capture.
-    """
-    for spelled in (name, name.replace("\\", "/")):
-        parts = PurePosixPath(spelled).parts
-        moved = PurePosixPath(spelled).is_absolute() or PureWindowsPath(spelled).is_absolute()
-        for first in range(len(parts) if moved else min(1, len(parts))):
-            for suffix in suffixes:
-                file = path.joinpath(*parts[first:-1], parts[-1] + suffix)
-                if images.is_file(file):
-                    return file
-    return None
+        names.append(name)
+    photos = find_photos(path, [path], names, source)
+    report_missing(photos.folder, photos.files, names, source)
+    meta["frames"] = [frame for frame in meta["frames"] if frame["file_path"] in photos.files]
+    return [photos.files[name] for name in names if name in photos.files]
 
 
 def read_frames(path: Path, file: str, **options: Any) -> list[Frame]:
@@ -178,12 +169,14 @@ def _frames_of_photos(
     """
     root = Path(commonpath([photo.parent for photo in photos]))
     names = [photo.relative_to(root).as_posix() for photo in photos]
-    reduced = images.reduced_files(root, names, downscale)
+    sizes = {n: images.image_size(photo) for n, photo in zip(names, photos, strict=True)}
+    reduced = None if root == path else reduced_photos(root, sizes, downscale)
     entries = list(zip(meta["frames"], photos, names, strict=True))
     found = {}
     if masks:
+        folder = Folder(path)
         named = {
-            photo: _named_file(f"{source}: {name}", path, "mask", entry["mask_path"])
+            photo: _named_file(f"{source}: {name}", folder, "mask", entry["mask_path"])
             for entry, photo, name in entries
             if entry.get("mask_path") is not None
         }
@@ -195,7 +188,7 @@ def _frames_of_photos(
         frames.append(
             posed_frames(
                 name,
-                _camera(where, values, images.image_size(photo), offset),
+                _camera(where, values, sizes[name], offset),
                 image_path=photo if reduced is None else reduced[name],
                 downscale=downscale if reduced is None else 1,
                 mask_path=found.get(photo),
@@ -279,9 +272,11 @@ def _viewmat(where: str, matrix: Any) -> Float[np.ndarray, "4 4"]:
 
 def _model(where: str, values: dict[str, Any]) -> str:
     model = values.get("camera_model", "OPENCV")
+    model = lens_model(model) if isinstance(model, str) else model
     if values.get("is_fisheye"):  # as instant-ngp writes it
         model = "OPENCV_FISHEYE"
-    if model not in (*PINHOLES, "OPENCV_FISHEYE", PANORAMA):
+    model = next((key for key in INSTANT_NGP_LENSES if values.get(key)), model)
+    if model not in (*PINHOLES, *FISHEYES, PANORAMA):
         raise InputError(
             f"{where} has the camera model {quoted(model)}, which is not supported; undistort the "
             "photos first, for example with `colmap image_undistorter`"
@@ -293,34 +288,50 @@ def _distortion(where: str, values: dict[str, Any]) -> Distortion:
     model = _model(where, values)
     if model == PANORAMA:
         return EQUIRECTANGULAR
-    k1, k2, k3, k4, p1, p2 = (
-        _number(where, values, key, 0.0) for key in ("k1", "k2", "k3", "k4", "p1", "p2")
+    k1, k2, k3, k4, k5, k6, p1, p2, sx1, sy1 = (
+        _number(where, values, key, 0.0)
+        for key in ("k1", "k2", "k3", "k4", "k5", "k6", "p1", "p2", "sx1", "sy1")
     )
+    if model == "FULL_OPENCV":
+        return Distortion((k1, k2, k3, 0.0), (k4, k5, k6), (p1, p2))
     if model in PINHOLES:
         return Distortion((k1, k2, k3, k4), tangential=(p1, p2))
-    return Distortion((k1, k2, k3, k4), projection="equidistant")  # which has no p1 and p2
+    lens = Distortion((k1, k2, k3, k4), projection="equidistant")
+    if model == "THIN_PRISM_FISHEYE":  # others have no p1 and p2
+        lens = replace(lens, tangential=(p1, p2), prism=(sx1, sy1))
+    return lens
 
 
-def _named_file(where: str, path: Path, noun: str, name: Any) -> Path:
+def _named_file(where: str, folder: Folder, noun: str, name: Any) -> Path:
     """Return the file of `noun` that a transforms file calls `name`. Raises `InputError`."""
-    file = find_file(path, name) if isinstance(name, str) and name else None
+    file = folder.find(name) if isinstance(name, str) and name else None
     if file is None:
-        raise InputError(f"{where} names the {noun} {quoted(name)}, which is not in {path}")
+        raise InputError(f"{where} names the {noun} {quoted(name)}, which is not in {folder.root}")
     return file
 
 
 def _named(
-    source: Path, meta: dict[str, Any], key: str, files: Sequence[Path], photos: list[list[Frame]]
+    source: Path,
+    meta: dict[str, Any],
+    key: str,
+    listed: list[str],
+    files: Sequence[Path],
+    photos: list[list[Frame]],
 ) -> list[Frame]:
-    """Return the frames of the photos that the list `meta[key]` names, in the file's order."""
-    names, path = meta[key], source.parent
+    """Return the frames of the photos that the list `meta[key]` names, in the file's order.
+
+    `listed` has the names of all frames, also of those whose photo is gone.
+    """
+    names, folder = meta[key], Folder(source.parent)
     if not isinstance(names, list) or not all(isinstance(name, str) for name in names):
         raise InputError(f"{source} has a {key} that is not a list of file names")
-    listed = {find_file(path, name, ALL_SUFFIXES) or path / name for name in names if name}
-    picked = [frames for frames, file in zip(photos, files, strict=True) if file in listed]
-    if len(picked) < len(listed):
+    known = {frame["file_path"]: file for frame, file in zip(meta["frames"], files, strict=True)}
+    found = {name: known.get(name) or folder.find(name, photo=True) for name in names if name}
+    wanted = {file or name for name, file in found.items() if file or name not in listed}
+    picked = [frames for frames, file in zip(photos, files, strict=True) if file in wanted]
+    if len(picked) < len(wanted):
         raise InputError(
-            f"{source}: {key} names {len(listed)} photos, but only {len(picked)} of them are frames"
+            f"{source}: {key} names {len(wanted)} photos, but only {len(picked)} of them are frames"
         )
     return list(chain.from_iterable(picked))
 
@@ -328,7 +339,12 @@ def _named(
 def _points(
     source: Path, meta: dict[str, Any]
 ) -> tuple[Float[np.ndarray, "m 3"], Float[np.ndarray, "m 3"]]:
-    name = meta.get("ply_file_path")
-    if name is None:
+    """Return the points that a transforms file names, or else those under a usual name."""
+    folder, name = Folder(source.parent), meta.get("ply_file_path")
+    if name is not None:
+        return read_points_ply(_named_file(str(source), folder, "points file", name))
+    file = next(filter(None, map(folder.find, POINT_FILES)), None)
+    if file is None:
         return np.zeros((0, 3)), np.zeros((0, 3))
-    return read_points_ply(_named_file(str(source), source.parent, "points file", name))
+    log.warning("%s names no points: those of %s are used", source, file.name)
+    return read_points_ply(file)

@@ -1,5 +1,6 @@
 """Initial Gaussians of the teacher: at the capture's points, or at random points."""
 
+import logging
 import math
 from collections.abc import Sequence
 
@@ -15,6 +16,8 @@ from mobilegs.gaussians import Gaussians
 from mobilegs.spherical_harmonics import rgb_to_sh0
 from mobilegs.train.teacher.far import far_points
 from mobilegs.train.teacher.silhouettes import draw_within, read_silhouettes
+
+log = logging.getLogger(__name__)
 
 NEIGHBORS = 3
 SQUARED_DISTANCE_MIN = 1e-7  # of 3DGS, in world units: gives coinciding points a size
@@ -43,6 +46,7 @@ def initial_gaussians(
         )
         count -= len(sphere[0])
     if len(points) == 0:
+        log.warning("%s has no points: training starts from random ones", dataset.name)
         cameras = [frame.camera for frame in dataset.train]
         center, extent = dataset.center, dataset.extent
 
