@@ -45,6 +45,7 @@ SCALES = ["scale_0", "scale_1", "scale_2"]
 ROTATION = ["rot_0", "rot_1", "rot_2", "rot_3"]
 COLUMNS = [*MEANS, *ROTATION, *SCALES, "opacity", *BASE_COLOR]  # in the order of reading
 FLAT_AXIS, FLAT_FROM = SCALES[2], SCALES[0]  # 2DGS has no third scale
+PREFIX = re.compile("^(scalar_)?(scal_)?")  # of CloudCompare's scalar fields
 LOG_FLAT = -6.9  # logarithm of a thousandth
 RENDER_MODES = ("default", "mip")
 # of `Vertical Axis`: nerfstudio writes z for scenes with z up, Brush y for all scenes
@@ -143,7 +144,8 @@ def read_ply_scene(path: Path | str) -> tuple[Gaussians, Footprint]:
 
     Properties are floats of 64, 32 or 16 bits; a `ushort` in a binary file holds the bits of one of
     16. An opacity of type `uchar` is 255 times the opacity itself. Without `f_dc_*`, the colour is
-    `red`, `green` and `blue`, as nerfstudio's `--ply-color-mode rgb` writes it.
+    `red`, `green` and `blue`, as nerfstudio's `--ply-color-mode rgb` writes it. Names may have the
+    prefix that CloudCompare gives them.
 
     `SplatRenderMode: mip` and Postshot's `antialiased 1` are antialiased, with the blur of a
     comment `mobilegs blur`, or 0.3. Raises InputError if the file is missing, not a PLY, cut off,
@@ -176,9 +178,14 @@ def check_properties(
 ) -> tuple[list[str], dict[str, str]]:
     """Return the names of the `f_rest_*` properties, and those that stand in for missing ones.
 
-    In binary files, columns of type `ushort` become `half`. Raises InputError if a property is
-    missing or has a type that cannot hold it.
+    In binary files, columns of type `ushort` become `half`. Columns lose the prefix `scalar_` or
+    `scal_` that CloudCompare gives them. Raises InputError if a property is missing or has a type
+    that cannot hold it.
     """
+    bare = {PREFIX.sub("", name): kind for name, kind in vertex.columns.items()}
+    if "x" in vertex.columns and len(bare) == len(vertex.columns):
+        vertex.columns.clear()
+        vertex.columns.update(bare)
     if not {*SCALES, *ROTATION, "opacity"} & vertex.columns.keys():
         raise InputError(
             f"{path} holds points without sizes: it is a point cloud or a mesh, not a 3DGS scene. "

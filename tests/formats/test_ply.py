@@ -102,6 +102,7 @@ TYPES = {
     "an opacity in bytes": ({"opacity": "uchar"}, [51, 0, 255], [-1.38629, -13.8155, 13.8023]),
     "colours in bytes": (dict.fromkeys(RGB, "uchar"), [255, 0], [1.77245, -1.77245]),
     "colours in 16 bits": (dict.fromkeys(RGB, "ushort"), [65535], [1.77245]),
+    "CloudCompare's names": ({f"scalar_{n}": "float" for n in NAMES[3:]}, [3.0], [3.0]),
     "colours in floats": (dict.fromkeys(RGB, "float"), [1.0], [1.77245]),
 }
 
@@ -109,6 +110,7 @@ TYPES = {
 def typed(types: dict[str, str], values: Sequence[float], kind: str = "<") -> bytes:
     """Return a file with a row per value, which properties of these types have; others are 1."""
     names = [n for n in NAMES if "red" not in types or not n.startswith("f_dc")]
+    names = [n for n in names if f"scalar_{n}" not in types]
     columns = {name: "float" for name in names} | types
     numpy = {"ushort": "u2", "half": "f2", "double": "f8", "uchar": "u1", "float": "f4"}
     numpy |= {"int": "i4", "short": "i2"}
