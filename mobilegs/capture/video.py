@@ -120,7 +120,8 @@ def find_film(video: Path) -> Film:
     """Return the film in a video file, without decoding.
 
     Attached pictures and thumbnails are none. Of several streams it is the one with the most
-    frames, and of those with nearly as many the largest. Raises InputError if the file has no video.
+    frames, and of those with nearly as many the largest. Raises InputError if the file has no
+    video.
     """
     av = library()
     try:

@@ -99,6 +99,7 @@ def h273_colors(primaries: int, transfer: int) -> Colors | None:
 def png_colors(gamma: float | None, xy: tuple[float, ...] | None) -> Colors | None:
     """Return the colours of a PNG after its chunks gAMA and cHRM; None for sRGB."""
     name, srgb = PRIMARIES[BT709]
+    xy = xy if xy is not None and len(xy) == len(srgb) else None  # of a damaged chunk
     plain = xy is None or bool(np.abs(np.subtract(xy, srgb)).max() < 2e-3)
     if gamma is None or (plain and abs(gamma - SRGB_GAMMA) < 2e-3):
         exponent = 0.0
@@ -147,7 +148,7 @@ def validate_depth(mode: str, colors: bytes | Colors | None) -> None:
 
 def _mode(mode: str) -> str:
     """Return the mode of `_opaque` images: L, I;16, RGB, CMYK or LAB."""
-    if mode in ("1", "L", "LA", "La"):
+    if mode in ("1", "L", "LA"):
         return "L"
     if mode.startswith("I;16"):
         return "I;16"
