@@ -22,7 +22,7 @@ from mobilegs.capture.photos import (
     save_faces,
     save_photo,
 )
-from mobilegs.data.color import Colors, h273_colors, sdr_pixels, to_srgb
+from mobilegs.data.color import Colors, h273_colors, name_of, sdr_pixels, to_srgb
 from mobilegs.errors import InputError
 from mobilegs.extras import extra_module
 from mobilegs.progress_display import Advance
@@ -87,7 +87,6 @@ def prepare_video(
     for interval, frames_of_interval in groupby(decoded(video, film), interval_of):
         progress(interval, count)
         best = max(frames_of_interval, key=lambda frame: sharpness(small_grey(frame)))
-        colors = frame_colors(best)
         saved += 1
         name, source = f"frame_{saved:04d}.jpg", f"{video.name} at {best.time:.2f} s"
         picture = upright(best, film.shape)
@@ -98,7 +97,7 @@ def prepare_video(
             picture = reduced(picture, max_size)
             save_photo(picture, folder / name)
             made = [PreparedPhoto(name, source, *picture.size)]
-        named = colors.name if colors else ""
+        named = name_of("RGB", frame_colors(best))
         photos += [asdict(replace(photo, colors=named)) for photo in made]
     progress(count, count)
     if saved < PHOTOS_MIN:
@@ -120,8 +119,9 @@ def sharpness(grey: UInt8[np.ndarray, "h w"]) -> float:
 def find_film(video: Path) -> Film:
     """Return the film in a video file, without decoding.
 
-    Attached pictures and thumbnails are none. Of several streams it is the largest one with at
-    least half as many frames as the longest. Raises InputError if the file has no video.
+    Attached pictures and thumbnails are none. Of several streams it is the one with the most
+    frames, and of those with nearly as many the largest. Raises InputError if the file has no
+    video.
     """
     av = library()
     file_size(video)  # raises for a pipe
@@ -137,10 +137,10 @@ def find_film(video: Path) -> Film:
                     times[packet.stream_index].append(float(packet.pts * packet.time_base))
             longest = max(len(found) for found in times.values())
             film = max(
-                (each for each in streams if 2 * len(times[each.index]) >= longest),
+                (each for each in streams if len(times[each.index]) >= 0.9 * longest),
                 key=lambda each: (each.width * each.height, len(times[each.index])),
             )
-            shape = film.sample_aspect_ratio or Fraction(1)
+            shape = Fraction(film.sample_aspect_ratio or 1)
             index, size = film.index, (film.width, film.height)
     except InputError:
         raise

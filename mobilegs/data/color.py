@@ -88,8 +88,8 @@ ADOBE = Colors("Adobe RGB", (0.3127, 0.329, 0.64, 0.33, 0.21, 0.71, 0.15, 0.06),
 
 def h273_colors(primaries: int, transfer: int) -> Colors | None:
     """Return the colours of code points of ITU-T H.273; None for sRGB, and if they are unknown."""
-    name, xy = PRIMARIES.get(primaries, PRIMARIES[BT709])
     hdr = transfer if transfer in HDR else 0
+    name, xy = PRIMARIES.get(primaries, PRIMARIES[BT2020 if hdr else BT709])
     gamma = GAMMAS.get(transfer, 0.0)
     if xy == PRIMARIES[BT709][1] and not gamma and not hdr:
         return None
@@ -99,6 +99,7 @@ def h273_colors(primaries: int, transfer: int) -> Colors | None:
 def png_colors(gamma: float | None, xy: tuple[float, ...] | None) -> Colors | None:
     """Return the colours of a PNG after its chunks gAMA and cHRM; None for sRGB."""
     name, srgb = PRIMARIES[BT709]
+    xy = xy if xy is not None and len(xy) == len(srgb) else None  # of a damaged chunk
     plain = xy is None or bool(np.abs(np.subtract(xy, srgb)).max() < 2e-3)
     if gamma is None or (plain and abs(gamma - SRGB_GAMMA) < 2e-3):
         exponent = 0.0
@@ -147,7 +148,7 @@ def validate_depth(mode: str, colors: bytes | Colors | None) -> None:
 
 def _mode(mode: str) -> str:
     """Return the mode of `_opaque` images: L, I;16, RGB, CMYK or LAB."""
-    if mode in ("1", "L", "LA", "La"):
+    if mode in ("1", "L", "LA"):
         return "L"
     if mode.startswith("I;16"):
         return "I;16"
@@ -186,7 +187,7 @@ def conversion(colors: bytes | Colors | None, mode: str) -> Conversion | None:
     conversion is RGB.
     """
     if mode == "LAB":
-        profile = ImageCms.createProfile("LAB")
+        profile = ImageCms.ImageCmsProfile(ImageCms.createProfile("LAB"))
         return Conversion("CIELAB", mode, _transform(profile, mode), coarse=False)
     if colors is None:
         return None
@@ -196,7 +197,8 @@ def conversion(colors: bytes | Colors | None, mode: str) -> Conversion | None:
             name, colors = colors.name, icc_profile(colors, grey=mode in ("L", "I;16"))
         profile = ImageCms.getOpenProfile(BytesIO(colors))
         name = _printable(ImageCms.getProfileDescription(profile)) or name
-        if mode in ("L", "I;16") and profile.profile.xcolor_space.strip() == "RGB":
+        space = profile.profile.xcolor_space.strip()  # pyright: ignore
+        if mode in ("L", "I;16") and space == "RGB":
             mode = "RGB"
         transform = _transform(profile, mode)
         given, plain = _probe(mode)
@@ -212,9 +214,7 @@ def conversion(colors: bytes | Colors | None, mode: str) -> Conversion | None:
     return Conversion(name, mode, transform, coarse=bool(coarse))
 
 
-def _transform(
-    profile: ImageCms.ImageCmsProfile | ImageCms.core.CmsProfile, mode: str
-) -> ImageCms.ImageCmsTransform:
+def _transform(profile: ImageCms.ImageCmsProfile, mode: str) -> ImageCms.ImageCmsTransform:
     flags = ImageCms.Flags.BLACKPOINTCOMPENSATION
     if mode in ("L", "I;16"):  # the tables that littleCMS makes for grey are wrong by 10 levels
         flags |= ImageCms.Flags.NOOPTIMIZE

@@ -198,6 +198,8 @@ PHOTO_CASES = {
     ),
     "BT.2020 by cICP": ("png", flat(RED_IN_BT2020), chunk(b"cICP", 9, 13, 0, 1), RED),
     "white of PQ": ("png", flat((148,) * 3), chunk(b"cICP", 9, 16, 0, 1), (255,) * 3),
+    "damaged cHRM": ("png", flat((90, 40, 20)), chunk(b"cHRM", *range(9)), (90, 40, 20)),
+    "cHRM without colours": ("png", flat((90, 40, 20)), chunk(b"cHRM", *[0] * 8), (90, 40, 20)),
     "ProPhoto": ("png", flat(RED_IN_PROPHOTO), {"icc_profile": icc(PROPHOTO)}, RED),
     "linear grey": (
         "jpg", flat(55, "L"), LINEAR_GREY, (128,) * 3
