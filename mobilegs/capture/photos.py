@@ -18,7 +18,7 @@ import torch
 from jaxtyping import Bool
 from PIL import Image
 
-from mobilegs.atomic import atomic_path, make_folder, open_input
+from mobilegs.atomic import atomic_path, make_folder, open_input, read_input
 from mobilegs.camera import Camera
 from mobilegs.data import images, masks
 from mobilegs.data.dataset import undistorted
@@ -125,8 +125,7 @@ def list_photos(path: Path, *, rig: bool = False) -> list[Path]:
     left_out = {photo: kind for photo in photos if (kind := _kind_by_folder(photo, path))}
     by_name = {photo: kind for photo in photos if (kind := _kind_by_name(photo))}
     for model in (file for file in files if file.suffix.lower() == ".mtl"):
-        with reading(model):
-            text = model.read_bytes()
+        text = read_input(model)
         beside = [photo for photo in photos if photo.parent == model.parent]
         by_name |= {photo: "textures" for photo in beside if photo.name.encode() in text}
     if len(left_out | by_name) < len(photos):  # else the photos show textures or the like
@@ -165,8 +164,10 @@ def list_files(path: Path) -> list[Path]:
             if str(real) in entered:
                 continue
             entered.add(str(real))
-            with reading(folder):
+            try:
                 entries = [entry for entry in folder.iterdir() if entry.name[0] != "."]
+            except OSError as error:
+                raise InputError(f"cannot read {folder}: {error.strerror or error}") from error
             for entry in sorted(entries):
                 if entry.is_symlink():
                     if not real.is_relative_to(realpath(entry)):  # else a loop
@@ -302,7 +303,7 @@ def other_poses(path: Path) -> str:
 
 def _holds(file: Path, text: bytes) -> bool:
     """Return whether the first 64 kB of a file hold a text."""
-    with reading(file), file.open("rb") as content:
+    with open_input(file) as content:
         return text in content.read(2**16)
 
 

@@ -14,7 +14,7 @@ from jaxtyping import Bool, UInt8
 from PIL import Image, ImageOps, UnidentifiedImageError
 from scipy.sparse import csr_array
 
-from mobilegs.atomic import file_size
+from mobilegs.atomic import file_size, open_input
 from mobilegs.data.color import (
     ADOBE,
     Colors,
@@ -101,7 +101,7 @@ def validate_pixels(path: Path, size: tuple[int, int], *, jpeg: bool = False) ->
 
 def _code_points(path: Path) -> dict[str, tuple[int, int]]:
     """Return `{"cicp": (primaries, transfer)}` of H.273 if a PNG or AVIF file has them."""
-    with path.open("rb") as file:
+    with open_input(path) as file:
         head = file.read(1 << 16)
     chunk = re.search(rb"\0\0\0\x04cICP(.)(.)|colrnclx\0(.)\0(.)", head, re.DOTALL)
     if chunk is None:

@@ -96,7 +96,7 @@ def read_ply_camera(path: Path | str) -> Camera | None:
         table = tables[name]
         if table.count != count or table.dtype.names != (name,):
             raise InputError(f"{path} has an element {name!r} that is not {count} numbers")
-        with path.open("rb") as file:
+        with open_input(path) as file:
             return table.rows(file, 0, count)[name].astype(np.float64)
 
     viewmat, intrinsic = numbers("extrinsic", 16).reshape(4, 4), numbers("intrinsic", 9)
