@@ -9,6 +9,7 @@ from collections import Counter
 from collections.abc import Mapping
 from dataclasses import asdict, dataclass, replace
 from itertools import permutations, product
+from os import fsencode
 from os.path import commonpath, realpath
 from pathlib import Path, PurePosixPath
 from typing import Any
@@ -127,7 +128,7 @@ def list_photos(path: Path, *, rig: bool = False) -> list[Path]:
     for model in (file for file in files if file.suffix.lower() == ".mtl"):
         text = read_input(model)
         beside = [photo for photo in photos if photo.parent == model.parent]
-        by_name |= {photo: "textures" for photo in beside if photo.name.encode() in text}
+        by_name |= {photo: "textures" for photo in beside if fsencode(photo.name) in text}
     if len(left_out | by_name) < len(photos):  # else the photos show textures or the like
         left_out |= by_name
     photos = [photo for photo in photos if photo not in left_out]
