@@ -456,7 +456,8 @@ def posed_frames(
     """
     recorded = (camera.width, camera.height)
     with images.open_image(image_path) as image, images.decoding(image_path):
-        size = image.size[::-1] if images.is_turned(image, recorded) else image.size
+        turned = images.is_turned(image, recorded)
+        size = (image.height, image.width) if turned else image.size
         colors = images.colors_name(image)
     if not images.same_shape(size, recorded):
         raise InputError(

@@ -188,8 +188,7 @@ def _refuse_outside(root: Path, names: Iterable[str], source: Path) -> None:
 def _report_links(capture: Path, files: Sequence[Path]) -> None:
     """Say which photos are not in the capture but behind links in it."""
     home = Path(os.path.realpath(capture))
-    real = {parent: os.path.realpath(parent) for parent in {file.parent for file in files}}
-    targets = [Path(os.path.realpath(Path(real[file.parent], file.name))) for file in files]
+    targets = [Path(os.path.realpath(file)) for file in files]
     outside = [pair for pair in zip(files, targets, strict=True) if home not in pair[1].parents]
     if outside:
         log.warning(

@@ -181,7 +181,7 @@ def image_size(path: Path) -> tuple[int, int]:
 
 def is_turned(image: Image.Image, shape: tuple[int, int]) -> bool:
     """Return whether an opened image has the aspect ratio of a size only after EXIF rotation."""
-    if same_shape(image.size, shape) or not same_shape(image.size[::-1], shape):
+    if same_shape(image.size, shape) or not same_shape((image.height, image.width), shape):
         return False
     return image.getexif().get(ORIENTATION) in (5, 6, 7, 8)
 
