@@ -52,7 +52,7 @@ def posters_of(
     Raises InputError for a scene that the web viewer does not show, or without Gaussians.
     """
     scene, views = open_with_views(path)
-    found = page_notes(scene, up)
+    found = {} if path.suffix.lower() == ".mgs" else page_notes(scene, up)
     if notes:
         scene = replace(scene, notes=notes)
     if not len(scene.gaussians):
@@ -71,12 +71,12 @@ def posters_of(
 
 
 def page_notes(scene: Scene, up: Axis | None = None) -> dict[str, str]:
-    """Return `start` and `up` of a scene whose file has cameras that the web viewer does not read.
+    """Return `start` and `up` of a .ply with cameras, which the web viewer does not read.
 
-    Empty for a .mgs, which the viewer reads itself, and if `up` replaces the scene's direction.
+    Empty for other scenes, and if `up` replaces the scene's direction.
     """
     start = scene.notes.get("start")
-    if scene.file is not None or up is not None or scene.up is None or not isinstance(start, str):
+    if up is not None or scene.up is None or not isinstance(start, str):
         return {}
     return {"start": start, "up": written_up(scene.up + 0.0)}
 
