@@ -150,21 +150,19 @@ def cameras_of_ply(path: Path, means: Float[Tensor, "n 3"], near: float) -> list
     INRIA's training writes, beside the file or above its folder `point_cloud`. Cameras that are not
     valid or do not fit the scene (`fit_scene`) are not used, with a logged warning.
     """
-    listed = [path.with_name("cameras.json")]
+    folders = [path.parent]
     if path.absolute().parent.parent.name == "point_cloud":
-        listed.append(path.absolute().parents[2] / "cameras.json")
-    source = path
+        folders.append(path.absolute().parents[2])
+    listed = [file for folder in folders if (file := folder / "cameras.json").is_file()]
     try:
         own = read_ply_camera(path)
-        cameras = [] if own is None else [own]
-        for source in (file for file in listed if own is None and file.is_file()):
-            cameras = read_cameras_json(source)
-            break
+        cameras = [own] if own is not None else read_cameras_json(listed[0]) if listed else []
     except (InputError, OSError) as error:
         log.warning("the cameras of %s are not used: %s", path, error)
         return []
     cameras = [replace(camera, near=near) for camera in cameras]
     if cameras and not fit_scene(cameras, means):
+        source = path if own is not None else listed[0]
         log.warning("the cameras in %s are not used: they do not show this scene", source)
         return []
     return cameras
