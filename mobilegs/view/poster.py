@@ -32,7 +32,7 @@ class Posters:
 
     Attributes:
         preview: 1200 x 630 pixels, for previews of links.
-        notes: attributes of `<mobile-gs>` that its viewer does not find in the file (`camera_notes`).
+        notes: attributes of `<mobile-gs>` that its viewer does not find in the file.
         style: CSS that shows a poster behind `<mobile-gs>`, exactly where the viewer will show the
             first view, or nothing if the file notes no first view.
     """
