@@ -1,7 +1,7 @@
 """A set of 3D Gaussians in the raw parameters that training optimises."""
 
 import logging
-from dataclasses import dataclass, fields, replace
+from dataclasses import dataclass, field, fields, replace
 from pathlib import Path
 
 import torch
@@ -40,7 +40,7 @@ class Gaussians:
     log_scales: Float[Tensor, "n 3"]
     logit_opacities: Float[Tensor, "n"]
     sh: Float[Tensor, "n k 3"]
-    left_out: int = 0
+    left_out: int = field(default=0, init=False)
 
     def __len__(self) -> int:
         return self.means.shape[0]
@@ -62,7 +62,7 @@ class Gaussians:
 
     def tensors(self) -> dict[str, Tensor]:
         """Return the five tensors by name, in the order of the fields."""
-        return {field.name: getattr(self, field.name) for field in fields(self)[:5]}
+        return {each.name: getattr(self, each.name) for each in fields(self)[:5]}
 
     def select(self, rows: Bool[Tensor, "n"] | Int[Tensor, "m"] | slice) -> "Gaussians":
         """Return the Gaussians at `rows`: a mask, indices or a slice."""
@@ -72,7 +72,9 @@ class Gaussians:
         self, device: torch.device | str | None = None, dtype: torch.dtype | None = None
     ) -> "Gaussians":
         """Return the Gaussians on `device` and in `dtype`."""
-        return replace(self, **{name: v.to(device, dtype) for name, v in self.tensors().items()})
+        moved = Gaussians(**{name: v.to(device, dtype) for name, v in self.tensors().items()})
+        moved.left_out = self.left_out
+        return moved
 
     def detached(self) -> "Gaussians":
         """Return the same values without gradients."""
@@ -113,9 +115,10 @@ class Gaussians:
         drawn = self.select(good) if lost else self
         solid = drawn.logit_opacities > NUMBER_MAX
         flat = drawn.log_scales < -NUMBER_MAX
-        return replace(
+        drawn = replace(
             drawn,
             logit_opacities=drawn.logit_opacities.masked_fill(solid, LOGIT_MAX),
             log_scales=drawn.log_scales.masked_fill(flat, LOG_SCALE_MIN),
-            left_out=lost,
         )
+        drawn.left_out = lost
+        return drawn

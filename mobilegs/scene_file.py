@@ -27,7 +27,7 @@ from mobilegs.render.scene import Scene
 from mobilegs.render.transform import transformed
 from mobilegs.up import AXES, USUAL, Vector, turn_from_usual, up_of_cameras, up_text
 from mobilegs.viewpoints.cameras_json import read_cameras_json
-from mobilegs.viewpoints.framing import Start
+from mobilegs.viewpoints.framing import Framing, Limits, Start
 from mobilegs.viewpoints.visibility import depths_in_view, fit_scene
 
 log = logging.getLogger(__name__)
@@ -73,14 +73,14 @@ def plain_scene_at(path: Path) -> Path:
 
 
 def read_plain_scene(path: Path, device: torch.device | str = "cpu") -> Scene:
-    """Read a plain 3DGS scene of any format; see `read_plain_with_views`."""
-    return read_plain_with_views(path, device)[0]
+    """Read a plain 3DGS scene of any format; see `read_plain_with_cameras`."""
+    return read_plain_with_cameras(path, device)[0]
 
 
-def read_plain_with_views(
+def read_plain_with_cameras(
     path: Path, device: torch.device | str = "cpu"
 ) -> tuple[Scene, list[Camera]]:
-    """Read a plain 3DGS scene, of a run's folder its teacher, and the cameras of `open_with_views`.
+    """Read a plain 3DGS scene, of a run's folder its teacher, and the cameras of a .ply.
 
     Raises InputError if the file is a .mgs or another kind of file, is damaged, or has no
     Gaussians.
@@ -88,10 +88,10 @@ def read_plain_with_views(
     path = plain_scene_at(path)
     if path.suffix.lower() == ".mgs":
         raise InputError(f"{path} is a .mgs: a plain 3DGS scene is needed, like a .ply")
-    scene, views = open_with_views(path, device)
+    scene, cameras = _open_plain(path, device)
     if not len(scene.gaussians):
         raise InputError(f"{path} has no Gaussians: there is nothing to learn from")
-    return scene, views
+    return scene, cameras
 
 
 def open_scene(path: Path | str, device: torch.device | str = "cpu") -> Scene:
@@ -99,29 +99,22 @@ def open_scene(path: Path | str, device: torch.device | str = "cpu") -> Scene:
 
     A .mgs names its blending, footprint, background and near plane, and its training cameras tell
     which way is up. The others are blended sorted over black, with the near plane of `near_of`; a
-    .ply, .spz or .sog may be antialiased, a .ply may name its upward direction or have cameras
-    (`cameras_of_ply`), and that of a .glb is glTF's. Rows that cannot be drawn are left out
-    (`Gaussians.drawable`). Raises InputError if the file is of another kind, is damaged, or cannot
-    be read.
-    """
-    return open_with_views(path, device)[0]
-
-
-def open_with_views(
-    path: Path | str, device: torch.device | str = "cpu"
-) -> tuple[Scene, list[Camera]]:
-    """Read a scene as `open_scene`, and its cameras: those of a .mgs or of `cameras_of_ply`.
-
-    The first camera of a .ply becomes the note `start` of the scene, its first view. Raises
-    InputError as `open_scene`.
+    .ply, .spz or .sog may be antialiased, a .ply may name its upward direction, and that of a .glb
+    is glTF's. The cameras of a .ply (`cameras_of_ply`) become notes: a first view and limits near
+    them. Rows that cannot be drawn are left out (`Gaussians.drawable`). Raises InputError if the
+    file is of another kind, is damaged, or cannot be read.
     """
     path = scene_at(Path(path))
+    if path.suffix.lower() != ".mgs":
+        return _open_plain(path, device)[0]
+    scene = read_mgs(path).decode(device)
+    scene.file = path
+    return scene
+
+
+def _open_plain(path: Path, device: torch.device | str) -> tuple[Scene, list[Camera]]:
+    """Read a scene of another tool, and the cameras of a .ply."""
     kind = path.suffix.lower()
-    if kind == ".mgs":
-        coded = read_mgs(path)
-        scene = coded.decode(device)
-        scene.file = path
-        return scene, list(coded.views or [])
     if path.name == "meta.json" or (path / "meta.json").is_file():  # an unpacked .sog
         kind = ".sog"
     if kind not in PLAIN:
@@ -134,15 +127,19 @@ def open_with_views(
     up = read_ply_up(path) if kind == ".ply" else AXES["-y"] if kind == ".glb" else None
     black, near = torch.zeros(3, device=device), near_of(gaussians.means)
     scene = Scene(gaussians.to(device), background=black, near=near, footprint=footprint, up=up)
-    views = cameras_of_ply(path, gaussians.means, near) if kind == ".ply" else []
-    if not views:
+    cameras = cameras_of_ply(path, gaussians.means, near) if kind == ".ply" else []
+    if not cameras:
         return scene, []
-    if up is None:
-        scene.up = up_of_cameras(np.stack([view.viewmat.double().numpy() for view in views]))
-    depths = depths_in_view(gaussians.means, views[0])
+    if scene.up is None:
+        mats = np.stack([camera.viewmat.double().numpy() for camera in cameras])
+        scene.up = up_of_cameras(mats)
+    depths = depths_in_view(gaussians.means, cameras[0])
     if len(depths):
-        scene.notes = {"start": Start.from_camera(views[0], float(depths.median())).text}
-    return scene, views
+        start = Start.from_camera(cameras[0], float(depths.median()))
+        eyes = np.stack([camera.position.double().numpy() for camera in cameras])
+        limits = Limits.around(eyes, start.target, scene.up)
+        scene.notes = Framing(start, limits=limits).notes
+    return scene, cameras
 
 
 def cameras_of_ply(path: Path, means: Float[Tensor, "n 3"], near: float) -> list[Camera]:
@@ -152,21 +149,19 @@ def cameras_of_ply(path: Path, means: Float[Tensor, "n 3"], near: float) -> list
     INRIA's training writes, beside the file or above its folder `point_cloud`. Cameras that are not
     valid or do not fit the scene (`fit_scene`) are not used, with a logged warning.
     """
-    listed = [path.with_name("cameras.json")]
+    folders = [path.parent]
     if path.absolute().parent.parent.name == "point_cloud":
-        listed.append(path.absolute().parents[2] / "cameras.json")
-    source = path
+        folders.append(path.absolute().parents[2])
+    listed = [file for folder in folders if (file := folder / "cameras.json").is_file()]
     try:
         own = read_ply_camera(path)
-        cameras = [] if own is None else [own]
-        for source in (file for file in listed if own is None and file.is_file()):
-            cameras = read_cameras_json(source)
-            break
+        cameras = [own] if own is not None else read_cameras_json(listed[0]) if listed else []
     except (InputError, OSError) as error:
         log.warning("the cameras of %s are not used: %s", path, error)
         return []
     cameras = [replace(camera, near=near) for camera in cameras]
     if cameras and not fit_scene(cameras, means):
+        source = path if own is not None else listed[0]
         log.warning("the cameras in %s are not used: they do not show this scene", source)
         return []
     return cameras
@@ -315,6 +310,17 @@ def capture_of_run(scene: Path) -> tuple[Path | None, int | None]:
         return None, None
     known = downscale is None or type(downscale) is int
     return capture if capture.is_dir() else None, downscale if known else None
+
+
+def open_with_views(path: Path, device: torch.device | str = "cpu") -> tuple[Scene, list[Camera]]:
+    """Read a scene and the training cameras that a .mgs stores; other formats have none.
+
+    Raises InputError for a file that cannot be read.
+    """
+    if path.suffix.lower() != ".mgs":
+        return open_scene(path, device), []
+    coded = read_mgs(path)
+    return coded.decode(device), list(coded.views or [])
 
 
 def _names(kinds: Iterable[str]) -> str:

@@ -12,7 +12,7 @@ from mobilegs import formats
 from mobilegs.camera import NEAR, Camera, look_at
 from mobilegs.formats.ply import write_ply
 from mobilegs.gaussians import Gaussians
-from mobilegs.scene_file import near_of, open_scene, open_with_views
+from mobilegs.scene_file import near_of, open_scene, read_plain_with_cameras
 from mobilegs.synthetic_capture.render import CaptureOptions, render_synthetic_capture
 from mobilegs.view.export import export_html
 from mobilegs.viewpoints.framing import parsed_framing
@@ -97,12 +97,12 @@ console.log(JSON.stringify({ up, start: notes?.start ?? null }));
 
 def test_a_ply_with_the_camera_of_its_photo_starts_there(tmp_path: Path) -> None:
     path = sheet(tmp_path / "photo.ply", SHARP)
-    scene, [view] = open_with_views(path)
+    scene, [view] = read_plain_with_cameras(path)
     assert scene.up is not None and scene.up.tolist() == [0, 0, 1]
     assert (view.width, view.height, view.near) == (160, 120, scene.near)
-    pose = first_pose(scene, [view])
+    pose = first_pose(scene, [])
     np.testing.assert_allclose([*pose.eye, *pose.target], [0, 0, 0, 0, 4, 0], atol=1e-5)
-    for camera in orbit_cameras(scene, [view], 12, width=64, height=48):
+    for camera in orbit_cameras(scene, [], 12, width=64, height=48):
         assert camera.position.norm() < 1.1 and camera.viewmat[2, 1] > 0.9
         assert scene.render(camera).alpha.mean() > 0.9
     theirs = javascript(READ_START, str(path))
@@ -118,7 +118,7 @@ def test_a_ply_with_the_camera_of_its_photo_starts_there(tmp_path: Path) -> None
 
 def test_views_of_a_scene_of_one_photo_lie_near_its_camera(tmp_path: Path) -> None:
     path = sheet(tmp_path / "photo.ply", SHARP)
-    scene, views = open_with_views(path)
+    scene, views = read_plain_with_cameras(path)
     options = CaptureOptions(views=16, size=64)
     render_synthetic_capture(scene, path, tmp_path / "capture", options, own=views)
     text = (tmp_path / "capture" / "sparse" / "0" / "images.txt").read_text("utf-8")
@@ -147,7 +147,7 @@ def test_an_impossible_camera_is_not_used_and_said(
     type_, kind, _ = SHARP[element]
     path = sheet(tmp_path / "photo.ply", SHARP | {element: (type_, kind, values)})
     with caplog.at_level(logging.WARNING):
-        scene, views = open_with_views(path)
+        scene, views = read_plain_with_cameras(path)
     assert (views, scene.notes, scene.up) == ([], {}, None)
     assert "not used" in caplog.text
     assert javascript(READ_START, str(path)) == {"up": None, "start": None}
@@ -159,7 +159,7 @@ def test_a_cameras_json_of_the_training_gives_the_first_view(folder: str, tmp_pa
     path = tmp_path / folder / "point_cloud.ply"
     path.parent.mkdir(parents=True, exist_ok=True)
     write_ply(path, garden(600))
-    scene, views = open_with_views(path)
+    scene, views = read_plain_with_cameras(path)
     assert len(views) == 6 and open_scene(path).notes == scene.notes
     assert scene.up is not None and scene.up @ [0, 0, 1] > 0.999
     start = parsed_framing(scene.notes).start
@@ -184,6 +184,6 @@ def test_a_cameras_json_that_does_not_fit_is_not_used_and_said(
         listed.unlink()
         listed.mkdir()
     with caplog.at_level(logging.WARNING):
-        scene, views = open_with_views(path)
+        scene, views = read_plain_with_cameras(path)
     assert (views, scene.notes) == ([], {})
     assert ("not used" in caplog.text) == (case != "a folder")

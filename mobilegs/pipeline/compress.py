@@ -14,7 +14,7 @@ from mobilegs.pipeline.options import RunOptions, TrainRun
 from mobilegs.pipeline.preflight import validate_run
 from mobilegs.pipeline.train import train_capture
 from mobilegs.progress_display import Progress, no_progress
-from mobilegs.scene_file import plain_scene_at, read_plain_with_views
+from mobilegs.scene_file import plain_scene_at, read_plain_with_cameras
 from mobilegs.synthetic_capture.render import (
     DEFAULT_BACKGROUND,
     CaptureOptions,
@@ -119,8 +119,8 @@ def render_views(run: CompressRun, folder: Path, progress: Progress) -> None:
         run.background or DEFAULT_BACKGROUND,
         run.up,
     )
-    scene, views = read_plain_with_views(run.scene, choose_device(run.device))
-    render_synthetic_capture(scene, run.scene, folder, options, own=views, progress=progress)
+    scene, own = read_plain_with_cameras(run.scene, choose_device(run.device))
+    render_synthetic_capture(scene, run.scene, folder, options, own=own, progress=progress)
 
 
 def training_of(run: CompressRun) -> TrainRun:

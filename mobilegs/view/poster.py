@@ -32,7 +32,7 @@ class Posters:
 
     Attributes:
         preview: 1200 x 630 pixels, for previews of links.
-        notes: attributes of `<mobile-gs>` that its viewer does not find in the file (`page_notes`).
+        notes: attributes of `<mobile-gs>` that its viewer does not find in the file.
         style: CSS that shows a poster behind `<mobile-gs>`, exactly where the viewer will show the
             first view, or nothing if the file notes no first view.
     """
@@ -52,7 +52,7 @@ def posters_of(
     Raises InputError for a scene that the web viewer does not show, or without Gaussians.
     """
     scene, views = open_with_views(path)
-    found = page_notes(scene, up)
+    found = {} if path.suffix.lower() == ".mgs" else camera_notes(scene, up)
     if notes:
         scene = replace(scene, notes=notes)
     if not len(scene.gaussians):
@@ -70,13 +70,13 @@ def posters_of(
     return Posters(preview, f"{wide}\n@media (orientation: portrait) {{ {high} }}", found)
 
 
-def page_notes(scene: Scene, up: Axis | None = None) -> dict[str, str]:
-    """Return `start` and `up` of a scene whose file has cameras that the web viewer does not read.
+def camera_notes(scene: Scene, up: Axis | None = None) -> dict[str, str]:
+    """Return `start` and `up` of a .ply with cameras, which the web viewer does not read.
 
-    Empty for a .mgs, which the viewer reads itself, and if `up` replaces the scene's direction.
+    Empty for other scenes, and if `up` replaces the scene's direction.
     """
     start = scene.notes.get("start")
-    if scene.file is not None or up is not None or scene.up is None or not isinstance(start, str):
+    if up is not None or scene.up is None or not isinstance(start, str):
         return {}
     return {"start": start, "up": written_up(scene.up + 0.0)}
 

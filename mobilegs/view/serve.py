@@ -35,7 +35,7 @@ from mobilegs.view.assets import (
     script_tags,
     version_of,
 )
-from mobilegs.view.poster import page_notes
+from mobilegs.view.poster import camera_notes
 
 SCENE, OTHER = "/scene", "/other"  # the viewer recognises a format by its first bytes
 VIEWER = "/viewer.js"
@@ -123,7 +123,7 @@ class Server(BoundedServer):
     ) -> None:
         """Listen on `host` and `port`, 0 for any free port; `up` replaces the scene's direction.
 
-        `notes` are attributes of the page's element (`poster.page_notes`). Raises InputError if a
+        `notes` are attributes of the page's element (`poster.camera_notes`). Raises InputError if a
         file does not exist or the address cannot be used.
         """
         self.up, self.notes = up, notes or {}
@@ -341,7 +341,7 @@ def serve(
         if file is not None:
             validate_scene_file(file)
     plain = None if scene.suffix.lower() == ".mgs" else open_scene(scene)
-    notes = {} if plain is None else page_notes(plain, up)
+    notes = {} if plain is None else camera_notes(plain, up)
     host = "0.0.0.0" if lan else "127.0.0.1"
     server = Server(scene, other, up=up, notes=notes, host=host, port=port)
     with server:

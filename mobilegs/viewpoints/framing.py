@@ -78,14 +78,13 @@ class Limits:
 
     @classmethod
     def around(cls, eyes: Float[np.ndarray, "n 3"], pivot: Vector, up: Vector) -> "Limits":
-        """Return limits that keep near the directions from `pivot` to some eyes, at least one."""
-        away = eyes - pivot
+        """Return limits that keep near the directions from `pivot` to some eyes.
+
+        At least one of the eyes is not at the pivot.
+        """
+        away = (eyes - pivot)[(eyes != pivot).any(1)]
         distances = np.linalg.norm(away, axis=1)
-        angles = [
-            azimuth_of(direction / distance, up)
-            for direction, distance in zip(away, distances, strict=True)
-            if distance > 0
-        ]
+        angles = [azimuth_of(each, up) for each in away / distances[:, None]]
         reach = BESIDE if len(eyes) > 1 else BESIDE_ONE
         elevations = np.tile([90.0, -90.0], (SECTORS, 1))
         for sector in range(SECTORS):

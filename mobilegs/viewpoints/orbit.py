@@ -7,7 +7,7 @@ import numpy as np
 from mobilegs.camera import Camera
 from mobilegs.render.scene import Scene
 from mobilegs.up import Axis
-from mobilegs.viewpoints.framing import Limits, azimuth_of, direction_of, parsed_framing
+from mobilegs.viewpoints.framing import azimuth_of, direction_of, parsed_framing
 from mobilegs.viewpoints.pose import camera_of, first_pose
 
 
@@ -23,14 +23,11 @@ def orbit_cameras(
     """Return `count` cameras of one turn around the target of the first view.
 
     Distance and height are those of the first view (`first_pose`), as far as the scene's limits
-    allow; those of a scene of another tool follow from its cameras. Where they do not allow a whole
-    turn, the cameras swing from one end to the other and back.
+    allow. Where they do not allow a whole turn, the cameras swing from one end to the other and
+    back.
     """
     pose = first_pose(scene, views, up, size=(width, height))
     limits = parsed_framing(scene.notes).limits_for(width, height) if up is None else None
-    if scene.is_plain and views and up is None and limits is None:
-        eyes = np.stack([view.position.double().cpu().numpy() for view in views])
-        limits = Limits.around(eyes, pose.target, pose.up)
     away = pose.eye - pose.target
     distance = float(np.linalg.norm(away))
     start, height_angle = azimuth_of(away / distance, pose.up)
