@@ -63,6 +63,9 @@ def load_config(path: Path, instead: str) -> RunConfig:
     """
     try:
         content = read_json(path)
+    except InputError as error:
+        raise InputError(f"{path} is damaged ({error}): {instead}") from error
+    try:
         recipe, photos = from_json(Recipe, content["recipe"]), content["photos"]
         poses = [float(number) for number in photos["poses"]]
         _validate_options(content["options"])

@@ -206,7 +206,7 @@ def test_the_teacher_of_a_run_is_edited_in_its_scenes_place(
         (["--up", "w"], "--up needs an axis"),
         (["--min-cameras", "-1"], "--min-cameras must be at least 0"),
         (["--annotations", "missing.json"], "cannot read missing.json"),
-        (["--camera-path", __file__], "is not valid JSON"),
+        (["--camera-path", __file__], "is not JSON"),
         (["--remove-rows", __file__], "does not hold row numbers"),
         (["--crop", "0 0 0 1 1 1", "--no-browser"], "with editing options no browser opens"),
         (["--title", "A", "--capture", "."], "no cameras are counted: leave out --capture"),
