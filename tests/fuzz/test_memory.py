@@ -23,7 +23,7 @@ from tests.support.random_scenes import random_scene
 PATIENT = 600.0
 OTHERS = Path(__file__).parents[1] / "formats" / "other_tools"
 ROW = "x y z f_dc_0 f_dc_1 f_dc_2 opacity scale_0 scale_1 scale_2 rot_0 rot_1 rot_2 rot_3".split()
-TYPES = {"float": "<f4", "double": "<f8", "uchar": "u1"}
+TYPES = {"float": "<f4", "double": "<f8", "half": "<f2"}
 
 pytestmark = pytest.mark.skipif(not RESET.exists(), reason="needs Linux")
 
@@ -109,7 +109,7 @@ def test_other_formats_take_at_most_twice_file_and_scene(kind: str, tmp_path: Pa
 
 @pytest.mark.parametrize(
     ("kind", "type_"),
-    [("ascii", "double"), ("ascii", "uchar"), *(("binary_little_endian", each) for each in TYPES)],
+    [("ascii", "double"), ("ascii", "half"), *(("binary_little_endian", each) for each in TYPES)],
 )
 def test_a_ply_takes_at_most_twice_the_scene(kind: str, type_: str, tmp_path: Path) -> None:
     path = tmp_path / "much.ply"

@@ -133,6 +133,7 @@ export function roomFor(rows, shSize, footprint) {
 export function withoutRoom(scene, rows) {
   const { count, shSize } = scene;
   if (count === rows) return scene;
+  if (count === 0) throw new Error("there is no Gaussian in this file that can be drawn");
   console.warn(`left out ${rows - count} of ${rows} Gaussians, which cannot be drawn`);
   scene.shapes = scene.shapes.slice(0, 12 * count);
   scene.colors = scene.colors.slice(0, 3 * shSize * count);

@@ -234,7 +234,7 @@ async function loadOther(source, total) {
     send({ kind: "progress", received, total });
   }
   const data = await parsed(bytes.subarray(0, received), await formats);
-  if (!data.count) throw new Error("there is no Gaussian in this file that can be drawn");
+  if (!data.count) throw new Error("there is no Gaussian in this file");
   means = new Float32Array(3 * data.count);
   for (let i = 0; i < means.length; i++) means[i] = data.shapes[4 * i + 3];
   const cameras = { views: [], near: nearOf(means), up: data.up ?? null, notes: data.notes ?? {} };
