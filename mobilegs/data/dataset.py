@@ -22,6 +22,7 @@ from mobilegs.errors import InputError
 
 CACHE_BYTES = 2 << 30  # of decoded photos that a loader keeps
 THREADS = 2  # of a loader
+LITTLE = 0.1  # share of photos that masks leave, below which a warning says so
 NAMES_MAX = 5  # photos that a warning names
 TEST_EVERY = 8  # views 0, 8, 16, ... in order of their names are held back
 RECENTRED_FROM = 1000.0  # distance of the cameras from the origin, in their spreads
@@ -243,6 +244,9 @@ def _without_masked(*lists: list[Frame]) -> list[list[Frame]]:
     if gone:
         names = ", ".join(path.name for path in gone[:NAMES_MAX] if path)
         log.warning("%d photos are left out, masked nearly whole: %s", len(gone), names)
+    partly = [share for share in shares.values() if masks.SHARE_MIN <= share < 1]
+    if partly and np.mean(partly) < LITTLE:
+        log.warning("masks leave %.0f %% of their photos: %s", 100 * np.mean(partly), masks.RULE)
     return [[frame for frame in each if frame.image_path not in gone] for each in lists]
 
 

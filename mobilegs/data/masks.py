@@ -17,6 +17,7 @@ SUFFIXES = (*images.SUFFIXES, ".gif", ".mask")  # Brush has NAME.ext.mask; GIF i
 SHARE_MIN = 0.01  # of a photo's pixels that its mask leaves
 RULE = "what is black (0) in a mask, or transparent in a photo, is left out"
 INVERTED = "dynamic_mask_"  # of instant-ngp, which leaves out what is not 0
+_OF_PHOTOS = (*images.SUFFIXES, ".heic", ".heif")
 LOSSY = ("JPEG", "WEBP", "AVIF")
 ORIENTATION = 0x112  # tag of EXIF
 _FOLDER = re.compile(r"[._]?masks?(_\d+)?", re.IGNORECASE)  # .mask of RealityCapture; masks_4
@@ -32,14 +33,14 @@ def is_mask_folder(name: str) -> bool:
 def photo_of(name: str) -> str | None:
     """Return the name of the photo for which a file beside it would be a mask, else None.
 
-    The name is `a` or `a.jpg` for a_mask.png, a.mask.png, a.jpg.mask.png, dynamic_mask_a.png and
-    a.jpg.png.
+    The name is `a` for a_mask.png, a.mask.png and dynamic_mask_a.png, and `a.jpg` for
+    a.jpg.mask.png and a.jpg.png.
     """
-    path = PurePosixPath(name)
-    if path.suffix.lower() == ".png" and path.with_suffix("").suffix.lower() in images.SUFFIXES:
-        return path.stem
-    spelled = _BESIDE.fullmatch(PurePosixPath(name).stem)
-    return None if spelled is None else spelled[1] or spelled[2]
+    stem = PurePosixPath(name).stem
+    spelled = _BESIDE.fullmatch(stem)
+    if spelled is None:
+        return stem if PurePosixPath(stem).suffix.lower() in _OF_PHOTOS else None
+    return spelled[1] or spelled[2]
 
 
 def without_masks(files: Sequence[Path]) -> list[Path]:
@@ -75,6 +76,9 @@ def find_masks(
     used = set(found.values())
     masks = {mask for names in folders.values() for mask in names.values()}
     _report(photos, found, sorted(masks - used), top)
+    for each in (each for folder in folders for each in _entries(folder)):
+        if "mask" in each.name.lower() and not is_mask_folder(each.name) and _files(each):
+            log.warning("the folder %s is not read: masks are in a folder called masks", each)
     return {photo: found[photo] for photo in photos if photo in found}
 
 
@@ -215,7 +219,7 @@ def upright_mask(
     turn = photo.getexif().get(ORIENTATION, 1)
     upright = []
     for each in used:
-        shape = each.shape[::-1]
+        shape = each.shape[1], each.shape[0]
         if images.same_shape(shape, photo.size):
             image = Image.fromarray(images.all_of(each, *size))
             image.getexif()[ORIENTATION] = turn

@@ -26,8 +26,8 @@ def save(root: Path, name: str, pixels: np.ndarray = USED, kind: str = "PNG") ->
     return root / name
 
 
-def mask_of(root: Path, photo: str = "p01.png", **options: int) -> np.ndarray | None:
-    dataset = load_capture(root, **options)
+def mask_of(root: Path, photo: str = "p01.png") -> np.ndarray | None:
+    dataset = load_capture(root)
     [frame] = [frame for frame in [*dataset.train, *dataset.test] if frame.name == photo]
     mask = load_view(frame).mask
     return None if mask is None else mask.numpy()
@@ -47,6 +47,7 @@ def mask_of(root: Path, photo: str = "p01.png", **options: int) -> np.ndarray | 
         "masks/images/p01.png",
         "masks_2/p01.png",
         "images/p01_mask.png",
+        "images/p01.png.png",
         "images/p01.png.mask.png",
         "images/p01.Mask.tif",
         "images/masks/p01.png",
@@ -57,7 +58,8 @@ def mask_of(root: Path, photo: str = "p01.png", **options: int) -> np.ndarray | 
 def test_every_name_of_a_mask_is_found(tmp_path: Path, name: str) -> None:
     root = write_capture_of_noise(tmp_path)
     save(root, name)
-    assert np.array_equal(mask_of(root), USED > 0)  # pyright: ignore[reportArgumentType]
+    mask = mask_of(root)
+    assert mask is not None and np.array_equal(mask, USED > 0)
     assert mask_of(root, "p02.png") is None
 
 
@@ -136,7 +138,7 @@ ENCODINGS: dict[str, Callable[[], Image.Image]] = {
     "grey edges": lambda: Image.fromarray(np.minimum(USED, np.arange(12, dtype=np.uint8))),
     "16 bits": lambda: Image.fromarray((USED // 255).astype(np.uint16)),
     "float": lambda: Image.fromarray((USED / 255).astype(np.float32)),
-    "blue": lambda: Image.fromarray(USED[..., None] // 255 * np.uint8([0, 0, 1])),
+    "blue": lambda: Image.fromarray(USED[..., None] // 255 * np.array([0, 0, 1], np.uint8)),
     "palette": palette((0, 0, 0), (255, 255, 255)),
     "palette, almost black": palette((0, 0, 0), (0, 0, 1)),
     "palette, white first": palette((255, 255, 255), (0, 0, 0)),
@@ -183,7 +185,11 @@ def test_a_photo_that_is_masked_nearly_whole_is_left_out(
     root = write_capture_of_noise(tmp_path)
     save(root, "masks/p01.png", 0 * USED)
     Image.fromarray(np.zeros((8, 12, 4), np.uint8)).save(root / "images" / "p02.png")
+    save(root, "masks/p03.png", np.arange(96, dtype=np.uint8).reshape(8, 12) // 88)
+    save(root, "sky_masks/p04.png")
     dataset = load_capture(root)
+    assert "sky_masks is not read" in caplog.text
+    assert "masks leave 8 % of their photos: what is black (0)" in caplog.text
     assert len(dataset.train) == 5 and len(dataset.test) == 2
     assert "2 photos are left out, masked nearly whole: p01.png, p02.png" in caplog.text
     for index in range(3, 6):
@@ -199,6 +205,7 @@ def test_a_photo_that_is_masked_nearly_whole_is_left_out(
         ("a.MASK.png", "a"),
         ("a.jpg.mask.png", "a.jpg"),
         ("Dynamic_mask_a.png", "a"),
+        ("a.jpg.png", "a.jpg"),
         ("a.jpg", None),
         ("mask.png", None),
         ("unmasked.png", None),
