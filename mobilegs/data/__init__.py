@@ -42,9 +42,9 @@ def load_capture(
 ) -> Dataset:
     """Read a capture: a folder in the layout of COLMAP, nerfstudio or NeRF-synthetic.
 
-    Photos are not decoded yet. Those that are gone are left out, and no name in a file leads out of
-    the folder, except through links in it; both are logged. A file near_plane.txt in the folder, with one number in world
-    units, replaces the near plane that follows from the spread of the cameras.
+    Photos are not decoded yet. A few that are gone are left out, which is logged; no name leads out
+    of the folder, except through links in it. A file near_plane.txt in the folder, with one number
+    in world units, replaces the near plane that follows from the spread of the cameras.
 
     `downscale` divides the size of the photos, and uses a folder `images_N` if it exists; None
     makes photos at most 1600 pixels wide. `background` is RGB in [0, 1]; None is white for

@@ -63,7 +63,7 @@ class Folder:
 
     def _ranked(self, name: str, photo: bool, loose: bool) -> Iterator[tuple[tuple, Path]]:
         """Yield the files that `name` may mean, with a rank that is larger for likelier ones."""
-        *folders, file = _parts(name) or [""]
+        *folders, file = _parts(name)
         stem, suffix = _split(file)
         for entry in self._index.get(stem, ()):
             ends = zip(reversed(folders), reversed(entry.folders), strict=False)
@@ -96,7 +96,8 @@ class Folder:
         for path in islice(walk_files(self.root), FILES_MAX):
             *folders, file = _parts(path.relative_to(self.root).as_posix())
             stem, suffix = _split(file)
-            index.setdefault(stem, []).append(_Entry(tuple(folders), suffix, path))
+            if file:
+                index.setdefault(stem, []).append(_Entry(tuple(folders), suffix, path))
         return index
 
 
@@ -115,7 +116,7 @@ def _parts(name: str) -> list[str]:
     """Return the folders and the file of a name as they are compared."""
     path = DRIVE.sub("", unicodedata.normalize("NFC", name).replace("\\", "/"), count=1)
     parts = normpath(path).casefold().split("/")
-    return [part for part in parts if part not in ("", ".", "..")]
+    return [part for part in parts if part not in ("", ".", "..")] or [""]
 
 
 def _split(file: str) -> tuple[str, str]:
