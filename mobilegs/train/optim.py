@@ -136,7 +136,8 @@ class NamedAdam:
         """
         for name, saved in state.items():
             value = saved["value"]
-            known, step = self.tensors.get(name, value), saved.get("step", torch.zeros(()))
+            known = self.tensors[name] if name in self.tensors else value
+            step = saved["step"] if "step" in saved else torch.zeros(())
             held = [value, *(saved[key] for key in MOMENTS if key in saved)]
             alike = all(each.shape == value.shape and each.dtype == known.dtype for each in held)
             if not alike or value.shape[1:] != known.shape[1:] or step.shape != ():

@@ -121,7 +121,7 @@ def test_compress_refuses_cameras_of_another_scene(
         (["run/teacher.ply"], "would be overwritten"),
         (["garden.ply", "--target-mb", "-1"], "target_mb"),
         (["garden.ply", "--views", "0"], "views must lie"),
-        (["garden.ply", "--cameras", "missing.json"], "there is no file missing.json"),
+        (["garden.ply", "--cameras", "missing.json"], "cannot read missing.json: No such file"),
         (["garden.ply", "--cameras", "a.json", "--up", "z"], "leave out --up"),
     ],
 )

@@ -55,7 +55,7 @@ def test_an_invalid_cameras_json_raises_an_error(tmp_path: Path, text: str, word
     path.write_text(json.dumps(rows) if text.isalpha() else text)
     with pytest.raises(InputError, match=words):
         read_cameras_json(path)
-    with pytest.raises(InputError, match="no file"):
+    with pytest.raises(InputError, match="No such file"):
         read_cameras_json(tmp_path / "missing.json")
 
 
