@@ -26,6 +26,9 @@ LITTLE = 0.1  # share of photos that masks leave, below which a warning says so
 NAMES_MAX = 5  # photos that a warning names
 TEST_EVERY = 8  # views 0, 8, 16, ... in order of their names are held back
 RECENTRED_FROM = 1000.0  # distance of the cameras from the origin, in their spreads
+# Distance of a point from the cameras, in those of half of the points, beyond which it is dropped.
+# In real captures the farthest is at 54; ten at 200 cost a teacher of 2,000 points 0.6 dB.
+FAR_POINTS = 100.0
 Color = tuple[float, float, float]
 Offset = tuple[float, float, float]
 log = logging.getLogger(__name__)
@@ -156,7 +159,10 @@ def assemble(
     background: Color,
     offset: Offset = (0.0, 0.0, 0.0),
 ) -> Dataset:
-    """Build a dataset: compute extent, centre and near plane, and drop points that are not finite.
+    """Build a dataset: compute extent, centre and near plane.
+
+    Points that are not finite are dropped, and those far behind all others, which would start as
+    Gaussians that cover every photo.
 
     Raises `InputError` if there are fewer than two views, none for training, or two of one name.
     """
@@ -170,7 +176,9 @@ def assemble(
     _report_views([*train, *test])
     kept = torch.from_numpy(np.concatenate([points, colors], axis=1)).float()
     kept = kept[kept.isfinite().all(1)]
-    center, extent = center_and_extent([frame.camera for frame in train], kept[:, :3])
+    cameras = [frame.camera for frame in train]
+    center, extent = center_and_extent(cameras, kept[:, :3])
+    kept = _without_far_points(kept, cameras)
     dataset = Dataset(
         name=name,
         train=train,
@@ -184,6 +192,26 @@ def assemble(
         offset=offset,
     )
     return dataset.with_near(NEAR * min(1.0, extent))
+
+
+def _without_far_points(
+    points: Float[Tensor, "n 6"], cameras: Sequence[Camera]
+) -> Float[Tensor, "m 6"]:
+    """Return points with colours without those beyond `FAR_POINTS`, and say how many those are."""
+    if not len(points):
+        return points
+    middle = torch.stack([camera.position for camera in cameras]).double().mean(0)
+    distances = (points[:, :3].double() - middle).norm(dim=1)
+    near = distances <= FAR_POINTS * distances.median()
+    if not near.all():
+        log.warning(
+            "%d of %d sparse points are left out: they are more than %.0f times as far away as "
+            "half of the points",
+            int((~near).sum()),
+            len(points),
+            FAR_POINTS,
+        )
+    return points[near]
 
 
 @np.errstate(over="ignore", invalid="ignore")  # cameras that are not finite are refused later

@@ -219,12 +219,12 @@ def upright_mask(
     turn = photo.getexif().get(ORIENTATION, 1)
     upright = []
     for each in used:
-        shape = each.shape[1], each.shape[0]
-        if images.same_shape(shape, photo.size):
+        height, width = each.shape
+        if images.same_shape((width, height), photo.size):
             image = Image.fromarray(images.all_of(each, *size))
             image.getexif()[ORIENTATION] = turn
             upright.append(np.asarray(ImageOps.exif_transpose(image)))
-        elif images.same_shape(shape, photo.size[::-1]) and turn in (5, 6, 7, 8):
+        elif images.same_shape((height, width), photo.size) and turn in (5, 6, 7, 8):
             upright.append(images.all_of(each, *size[::-1]))
         else:
             raise InputError(f"mask {mask} has another aspect ratio than its photo {where}")

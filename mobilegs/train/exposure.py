@@ -37,6 +37,10 @@ SRGB_EXPONENT = 1 / 2.4  # log2 of the gain for twice the light
 # Spread of the photos' gains from which on `auto` learns them: the root mean square over photos and
 # channels of log2 of the gain over that of the photo's neighbours.
 LEAST_SPREAD = 0.12
+# Share of the differences between photos at half of the points that the gains from the other half
+# must explain. It is at most 0.003 for renders, also where points are taken for visible that are
+# not, and 0.14 for photos of a phone outdoors.
+LEAST_EXPLAINED = 0.02
 # time of the teacher at which this is decided and learning begins; it must not follow a reset of
 # opacities (the student begins in its first step)
 START = 0.18
@@ -120,41 +124,50 @@ def exposures_for(
 ) -> tuple[Exposures | None, float | None]:
     """Return the exposures of photos to begin with, and the spread of the photos.
 
-    The first is None if they are not learned, the second if it was not measured. `scene` holds the
-    colours that all photos share.
+    The first is None if they are not learned, the second if it was not measured. The spread is 0
+    unless something shows that the photos differ: their EXIF, or gains from half of the points
+    that explain differences at the other half. `scene` holds the colours that all photos share.
     """
     if config.learned == "never":
         return None, None
-    halves = photo_gains(scene, frames, exposure_gains(frames))
-    eyes = torch.stack([frame.camera.position for frame in frames]).to(halves)
+    eyes = torch.stack([frame.camera.position for frame in frames])
     distances = torch.cdist(eyes, eyes).fill_diagonal_(torch.inf)
     nearest = distances.argsort(dim=1, stable=True)[:, : min(NEIGHBOURS, max(1, len(frames) - 1))]
-    halves = halves - halves[:, nearest].mean(2)
-    gains = halves.mean(0)
-    noise = (halves[0] - halves[1]).square().mean() / 4  # of the mean of both
+
+    def beside_neighbours(gains: Float[Tensor, "photos c"]) -> Float[Tensor, "photos c"]:
+        return gains - gains[nearest.to(gains.device)].mean(1)
+
+    told = exposure_gains(frames)
+    colors, shown = shared_colors(scene, frames)
+    first, second = (
+        beside_neighbours(solve_gains(colors[i::2], shown[i::2], told)) for i in range(2)
+    )
+    gains = (first + second) / 2
+    noise = (first - second).square().mean() / 4  # of the mean of both
     spread = math.sqrt(max(0.0, float(gains.square().mean() - noise)))
+    if told is None or beside_neighbours(told[:, None]).square().mean() <= LEAST_SPREAD**2:
+        halves = [(colors[1::2], shown[1::2], first), (colors[::2], shown[::2], second)]
+        before = sum(_misfit(colors, shown) for colors, shown, _ in halves)
+        after = sum(_misfit(colors - other, shown) for colors, shown, other in halves)
+        spread = spread if before - after >= LEAST_EXPLAINED * before > 0 else 0.0
     if config.learned == "auto" and spread <= LEAST_SPREAD:
         return None, spread
     return Exposures(config, gains), spread
 
 
 @torch.no_grad()
-def photo_gains(
-    scene: Scene, frames: Sequence[Frame], guess: Float[Tensor, "photos"] | None = None
-) -> Float[Tensor, "2 photos 3"]:
-    """Return log2 of the gain of each photo's channels twice, each from half of the points.
+def shared_colors(
+    scene: Scene, frames: Sequence[Frame]
+) -> tuple[Float[Tensor, "n photos 3"], Float[Tensor, "n photos"]]:
+    """Return log2 of the colours of points in all photos, and 1 for points that they show, else 0.
 
-    A common constant is arbitrary. The scene gives its geometry only: points, and depths that tell
-    which photos see them. `guess` holds for photos that share no points with others; without it
-    their gain is 0.
+    The scene gives its geometry only: points, and depths that tell which photos see them.
     """
     means = scene.gaussians.means
     points = means[:: math.ceil(len(means) / POINTS)]
     seen = [_colors_at(points, scene, load_view(frame).to(points.device)) for frame in frames]
     colors, weights = zip(*seen, strict=True)
-    all_colors, shown = torch.stack(colors, 1), torch.stack(weights, 1)
-    halves = [solve_gains(all_colors[i::2], shown[i::2], guess) for i in range(2)]
-    return torch.stack(halves)
+    return torch.stack(colors, 1), torch.stack(weights, 1)
 
 
 def exposure_gains(frames: Sequence[Frame]) -> Float[Tensor, "photos"] | None:
@@ -228,6 +241,16 @@ def solve_gains(
         left = left - _weighted_mean(left, weights)
         weights = visible / (1 + left.square().mean(2) / RESIDUAL_SCALE**2).square()
     return gains.float()
+
+
+def _misfit(colors: Float[Tensor, "n photos 3"], weights: Float[Tensor, "n photos"]) -> float:
+    """Return the sum of Geman-McClure's measure, 0 to 1, of each difference from a point's mean."""
+    colors, visible = colors.double(), weights.double()
+    squares = torch.zeros_like(visible)
+    for _ in range(ITERATIONS):
+        robust = visible / (1 + squares).square()
+        squares = (colors - _weighted_mean(colors, robust)).square().mean(2) / RESIDUAL_SCALE**2
+    return float((visible * squares / (1 + squares)).sum())
 
 
 def _weighted_mean(

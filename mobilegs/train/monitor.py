@@ -127,14 +127,17 @@ class Monitor:
             atomic_write(self.log_path, "".join(json.dumps(row) + "\n" for row in self.rows))
 
     def exposures(self, stage: Stage, spread: float) -> None:
-        """Log the spread of the photos' exposures, and print it if the stage learns them."""
+        """Log the spread of the photos' exposures, and print it if the stage learns them.
+
+        A spread of 0 is not printed: nothing shows that they differ (`exposures_for`).
+        """
         learned = stage.exposures is not None
         self.log(stage=stage.name, step=stage.done, exposure_spread=spread, learned=int(learned))
         if learned:
-            self.note(
-                f"the photos' exposures differ by {100 * (2**spread - 1):.0f} %: the {stage.name} "
-                "learns colours for each photo"
+            why = (
+                f"the photos' exposures differ by {100 * (2**spread - 1):.0f} %: " if spread else ""
             )
+            self.note(f"{why}the {stage.name} learns colours for each photo")
 
     def note(self, text: str) -> None:
         """Log a note, unless the monitor is silent."""

@@ -129,6 +129,34 @@ def test_photos_decide_whether_exposures_are_learned(dataset: Dataset, uneven: D
     assert exposures_for(LEARNED, scene, dataset.train)[0] is not None
 
 
+@pytest.mark.parametrize(("noise", "learned"), [(0.02, True), (0.1, True), (1.0, False)])
+def test_gains_that_explain_nothing_are_no_exposures(
+    dataset: Dataset,
+    generator: torch.Generator,
+    monkeypatch: pytest.MonkeyPatch,
+    noise: float,
+    learned: bool,
+) -> None:
+    """Where photos show other things at a point, their means differ, and hardly anything else."""
+    gains = GAINS.log2()[:, None].expand(6, 3)
+    colors = torch.randn(2000, 1, 3, generator=generator) + gains
+    colors = colors + noise * torch.randn(2000, 6, 3, generator=generator)
+    shared = colors, torch.ones(2000, 6)
+    monkeypatch.setattr(exposure, "shared_colors", lambda scene, frames: shared)
+    scene = trained(replace(TEACHER, steps=1), dataset).scene()
+    found, spread = exposures_for(ExposureConfig(), scene, dataset.train)
+    assert (found is not None) == learned and spread is not None
+    assert spread > exposure.LEAST_SPREAD if learned else spread == 0
+
+
+def test_exif_that_differs_is_enough(uneven: Dataset, dataset: Dataset) -> None:
+    scene = trained(replace(TEACHER, steps=40, exposure=NEVER), dataset).scene()
+    scene.gaussians.means.add_(1e3)  # no photo shows a point
+    frames = [replace(f, exposure=float(g)) for f, g in zip(uneven.train, 4 * GAINS, strict=True)]
+    found, spread = exposures_for(ExposureConfig(), scene, frames)
+    assert found is not None and spread is not None and spread > exposure.LEAST_SPREAD
+
+
 def test_gains_follow_from_points_that_photos_share(generator: torch.Generator) -> None:
     """Colours are gain + colour of the point, with outliers and points that few photos show."""
     gains = 0.3 * torch.randn(12, 3, generator=generator)

@@ -2,11 +2,12 @@
 
 import math
 
+import numpy as np
 import pytest
 import torch
 
 from mobilegs.camera import Camera, look_at
-from mobilegs.data.dataset import Dataset, Frame
+from mobilegs.data.dataset import FAR_POINTS, Dataset, Frame, assemble
 from mobilegs.train.teacher.init import (
     gaussians_at,
     initial_gaussians,
@@ -106,3 +107,37 @@ def test_cameras_around_an_object_give_the_cube_that_they_see() -> None:
 def test_cameras_that_look_outwards_give_a_cube_around_them() -> None:
     points = random_for(ring(20, 1.0, outwards=True), 1.1)
     assert 3 < points.abs().max() < 5 and (points.norm(dim=1) > 1.1).float().mean() > 0.9
+
+
+@pytest.mark.parametrize("distance", [0.9, 1.5, 200.0, 1e6, 1e30, math.nan])
+def test_far_points_change_no_measure_and_no_other_gaussian(
+    distance: float, caplog: pytest.LogCaptureFixture
+) -> None:
+    """One in 200 points at `distance` times the limit, on all sides."""
+    generator = np.random.default_rng(0)
+    points, colors = generator.normal(size=(400, 3)), generator.random((400, 3))
+    away = generator.normal(size=(2, 3))
+    limit = FAR_POINTS * np.median(np.linalg.norm(points - [0, 0, 0.4], axis=1))
+    away *= distance * limit / np.linalg.norm(away, axis=1, keepdims=True)
+    frames = [Frame(f"{i}", camera) for i, camera in enumerate(ring(8, 4.0))]
+
+    def opened(*far: np.ndarray) -> Dataset:
+        every = np.concatenate([points, *far])
+        shades = np.concatenate([colors, *(0 * part for part in far)])
+        return assemble(
+            "ring", frames[1:], frames[:1], points=every, colors=shades, background=(0, 0, 0)
+        )
+
+    plain, found = opened(), opened(away)
+    assert (found.extent, found.near) == (plain.extent, plain.near)
+    assert torch.equal(found.center, plain.center)
+    kept = 2 if distance < 1 else 0
+    assert len(found.points) == len(plain.points) + kept
+    said = "2 of 402 sparse points are left out: they are more than 100 times as far" in caplog.text
+    assert said == (1 < distance < math.inf)
+    one, other = (
+        initial_gaussians(each, count=1000, opacity=0.1, sh_degree=0, generator=torch.Generator())
+        for each in (plain, found)
+    )
+    assert torch.equal(one.means, other.means[: len(one)])
+    assert torch.equal(one.log_scales, other.log_scales[: len(one)])
