@@ -223,7 +223,8 @@ def tables_of(header: Header, vertex: Element, size: int, path: Path) -> dict[st
     """
     if header.ascii or any(e.has_lists for e in header.elements):
         raise InputError(
-            f"{path} is a compressed PLY as text or with lists, which is not supported"
+            f"{path} is a compressed PLY, or has a camera, as text or with lists, which is not "
+            "supported"
         )
     tables, start = {}, header.length
     for element in header.elements:
@@ -269,7 +270,7 @@ def gaussians_from_rows(
         for part, values in zip(parts, np.split(table, np.cumsum(sizes)[:-1], axis=1), strict=True):
             part[first : first + len(table)] = values
         first += len(table)
-    means, quats, log_scales, opacities, sh = map(torch.from_numpy, parts)
+    means, quats, log_scales, opacities, sh = (torch.from_numpy(part[:first]) for part in parts)
     whole = Gaussians(means, quats, log_scales, opacities[:, 0], sh.unflatten(1, (-1, 3)))
     return whole.drawable(path)
 
