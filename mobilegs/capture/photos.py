@@ -1,11 +1,16 @@
 """Converts photos of cameras and phones into upright JPEG or PNG photos of a limited size."""
 
+import filecmp
+import logging
 import math
 import re
 import shutil
+from collections import Counter
 from collections.abc import Mapping
 from dataclasses import asdict, dataclass, replace
-from os.path import commonpath
+from itertools import permutations, product
+from os import fsencode
+from os.path import commonpath, realpath
 from pathlib import Path, PurePosixPath
 from typing import Any
 
@@ -27,16 +32,51 @@ HEIC = (".heic", ".heif")
 RAW = (".dng", ".cr2", ".cr3", ".nef", ".arw", ".orf", ".rw2", ".raf", ".pef", ".srw")
 PHOTOS = images.SUFFIXES + HEIC + RAW
 HEIC_BRANDS = (b"heic", b"heix", b"hevc", b"hevx", b"heim", b"heis", b"mif1", b"msf1")
-# folders that hold no photos to reconstruct from; also those with a file that we write
-OTHER_FOLDERS = ("depth", "depths", "sparse", "colmap", "__macosx")
+# folders that are not entered; also those with a file that we write
+OTHER_FOLDERS = ("sparse", "colmap", "__macosx")
 OUR_FILES = ("config.json", "capture.json", "photos.json")
+# images that are no photos, by the name of a folder, or the first or last part of a file's name
+NOT_PHOTOS = {
+    "depth maps": r"(\w+_)?depths?(_?maps?|_\w+)?",
+    "confidence maps": r"conf(idence)?s?(_?maps?)?",
+    "normal maps": r"normals?(_?maps?|_from_\w+)?",
+    "label maps": r"segmentations?|semantics?|label_?maps?",
+    "thumbnails and previews": r"thumb(nail)?s?|previews?|@eadir",
+    "textures": r"textures?|textured(_output)?|diffuse|albedo|basecolor|roughness|metallic",
+}
+# folders with the photos of another folder, as a program changed them
+CHANGED = r"(corrected|undistorted|rectified|edited|enhanced)(_\w+)?|\w+_(undistorted|edited)"
+# of several files of a photo in a folder, those that are not used, and endings of their names
+SECOND_FORMATS = ("camera raws", "smaller versions", "edits", "HEIC photos")
+SMALLER = r"[ _-]+(\(?small\)?|resized|scaled|\d+x\d+)"
+EDITED = r"(-edited|~\d+)"
+RAW_FOLDERS = ("raw", "raws", *(suffix[1:] for suffix in RAW))
+JPEG_FOLDERS = ("jpg", "jpgs", "jpeg", "jpegs", "heic")
+# camera poses that are not read: the tool that writes them, the file, and a text in it
+OTHER_POSES = (
+    ("Polycam", "*cameras/*.json", b'"t_00"'),
+    ("3D Scanner App", "frame_*.json", b"cameraPose"),
+    ("Scaniverse", "frames.pb", b""),
+    ("Record3D", "metadata.json", b'"poses"'),
+    ("Stray Scanner", "odometry.csv", b""),
+    ("ios_logger (ARKit)", "ARposes.txt", b""),
+    ("RealityScan or RealityCapture", "*.xmp", b"xcr:Rotation"),
+    ("Metashape", "*.xml", b"<chunk"),
+    ("OpenSfM or OpenDroneMap", "reconstruction.json", b""),
+    ("Bundler", "bundle*.out", b""),
+    ("VisualSFM", "*.nvm", b""),
+    ("Meshroom", "*.sfm", b""),
+)
 LOSSLESS = (".png", ".tif", ".tiff", ".bmp")  # become PNG; others become JPEG
 JPEG_QUALITY = 97  # high, because undistortion decodes and encodes the photo once more
 PHOTOS_MIN = 3
+SAME_LOOK = 8  # mean difference of the grey values of two versions of a photo, of 255
 
 _ORIENTATION, _MAKE, _MODEL = 0x112, 0x10F, 0x110
 _FOCAL, _FOCAL_35MM = 0x920A, 0xA405
 _DIAGONAL_35MM = math.hypot(36, 24)
+
+log = logging.getLogger(__name__)
 
 
 @dataclass(frozen=True)
@@ -64,17 +104,205 @@ class PreparedPhoto:
     exposure: float | None = None
 
 
-def list_photos(path: Path) -> list[Path]:
+def list_photos(path: Path, *, rig: bool = False) -> list[Path]:
     """Return the photos below `path/images`, or else below `path`, sorted by path.
 
-    Names that start with a dot are ignored: macOS adds such a file to each photo. So are folders
-    of masks, depths and models, and those that this program wrote.
+    Of several files of one photo there is one: the largest, as the camera took it, and rather a
+    JPEG than a camera raw. With `rig` the same names in several folders are several photos. Images
+    that are no photos (`NOT_PHOTOS`) and second versions are counted in one logged warning; masks
+    are not. Raises InputError for a folder that cannot be read.
     """
-    for folder in (path / "images", path):
-        photos = [file for file in _files(folder) if file.suffix.lower() in PHOTOS]
-        if photos:
-            return masks.without_masks(photos)
-    return []
+    files = list_files(path)
+    photos = masks.without_masks(
+        [
+            file
+            for file in files
+            if file.suffix.lower() in PHOTOS
+            and not any(map(masks.is_mask_folder, file.relative_to(path).parts[:-1]))
+        ]
+    )
+    left_out = {photo: kind for photo in photos if (kind := _kind_by_folder(photo, path))}
+    by_name = {photo: kind for photo in photos if (kind := _kind_by_name(photo))}
+    for model in (file for file in files if file.suffix.lower() == ".mtl"):
+        with reading(model):
+            text = model.read_bytes()
+        beside = [photo for photo in photos if photo.parent == model.parent]
+        by_name |= {photo: "textures" for photo in beside if fsencode(photo.name) in text}
+    if len(left_out | by_name) < len(photos):  # else the photos show textures or the like
+        left_out |= by_name
+    photos = [photo for photo in photos if photo not in left_out]
+    if any(photo.is_relative_to(path / "images") for photo in photos):
+        outside = [photo for photo in photos if not photo.is_relative_to(path / "images")]
+        left_out |= dict.fromkeys(outside, "images outside images/")
+        photos = [photo for photo in photos if photo not in left_out]
+    left_out |= _second_formats(photos)
+    if not rig:
+        left_out |= _second_versions([photo for photo in photos if photo not in left_out], path)
+    if counts := Counter(left_out.values()):
+        kinds = ", ".join(f"{kind} ({number})" for kind, number in sorted(counts.items()))
+        log.warning("%s: not used as photos are %s", path, kinds)
+    return [photo for photo in photos if photo not in left_out]
+
+
+def list_files(path: Path) -> list[Path]:
+    """Return the files below a folder, sorted by path; links are followed, but nothing met twice.
+
+    Names that start with a dot are ignored: macOS adds such a file to each photo. So are folders
+    of models, and those that this program wrote. Links that lead nowhere are returned.
+    """
+    entered: set[str] = set()
+    found: dict[str, Path] = {}
+    starts = [path]
+    for start in starts:  # links come after all that is not linked
+        if not start.is_dir():
+            if start != path:
+                found.setdefault(realpath(start) if start.exists() else str(start), start)
+            continue
+        folders = [start]
+        for folder in folders:
+            real = Path(realpath(folder))
+            if str(real) in entered:
+                continue
+            entered.add(str(real))
+            with reading(folder):
+                entries = [entry for entry in folder.iterdir() if entry.name[0] != "."]
+            for entry in sorted(entries):
+                if entry.is_symlink():
+                    if not real.is_relative_to(realpath(entry)):  # else a loop
+                        starts.append(entry)
+                elif entry.is_file():
+                    found.setdefault(str(real / entry.name), entry)
+                elif entry.is_dir() and (entry == path / "images" or not _is_other(entry)):
+                    folders.append(entry)
+    return sorted(found.values())
+
+
+def _is_other(folder: Path) -> bool:
+    """Return whether a folder is not entered: it holds a model, or this program wrote it."""
+    ours = any((folder / name).is_file() for name in OUR_FILES)
+    return ours or folder.name.lower() in OTHER_FOLDERS
+
+
+def _kind_by_folder(photo: Path, root: Path) -> str:
+    """Return the kind of an image that is no photo by the folders below `root`, or ''."""
+    if not photo.is_file():
+        return "links to missing files"
+    folders = photo.relative_to(root).parts[:-1]
+    kinds = (k for k, name in NOT_PHOTOS.items() for each in folders if _matches(name, each))
+    return next(kinds, "")
+
+
+def _kind_by_name(photo: Path) -> str:
+    """Return the kind of an image that is no photo by its name, or ''."""
+    kinds = (
+        kind
+        for kind, name in NOT_PHOTOS.items()
+        if _matches(rf"({name})([_-].+)?|.+[._-]({name})", photo.stem)
+    )
+    return next(kinds, "")
+
+
+def _matches(pattern: str, name: str) -> bool:
+    return re.fullmatch(pattern, name, re.IGNORECASE) is not None
+
+
+def _second_formats(photos: list[Path]) -> dict[Path, str]:
+    """Return the files with another file of the same photo beside them, and their kind.
+
+    A JPEG goes before HEIC, an original before an edit (IMG_E1234 is one of IMG_1234) and before a
+    smaller version, and all before a camera raw, which may lie in a folder of its own (raw/1.dng).
+    """
+    second: dict[Path, str] = {}
+    shots: dict[tuple[Path, str], list[Path]] = {}
+    for photo in photos:
+        name = re.sub(r"^img_e(?=\d)", "img_", photo.stem.lower())
+        for ending in (SMALLER, EDITED, r"(\.raw-\d+)?(\.mp)?(\.cover|\.original)?"):
+            name = re.sub(f"{ending}$", "", name)
+        folder = photo.parent.name.lower()
+        apart = folder in JPEG_FOLDERS or (folder in RAW_FOLDERS and photo.suffix.lower() in RAW)
+        shots.setdefault((photo.parent.parent if apart else photo.parent, name), []).append(photo)
+    for files in shots.values():
+        ranks = {file: _rank(file) for file in files}
+        for file, rank in ranks.items():
+            if rank > min(ranks.values()):
+                kind = SECOND_FORMATS[rank.index(True)]
+                second[file] = f"{kind} beside another file of the photo"
+    return second
+
+
+def _rank(photo: Path) -> tuple[bool, ...]:
+    """Return for each of `SECOND_FORMATS` whether a photo is one: the least is the one to use."""
+    suffix = photo.suffix.lower()
+    edited = _matches(rf"img_e\d+|.+{EDITED}", photo.stem)
+    return suffix in RAW, _matches(f".+{SMALLER}", photo.stem), edited, suffix in HEIC
+
+
+def _second_versions(photos: list[Path], root: Path) -> dict[Path, str]:
+    """Return the photos that another folder has in a better version, and their kind.
+
+    Two folders are compared by the first three names that both have.
+    """
+    folders: dict[Path, dict[str, Path]] = {}
+    for photo in photos:
+        folders.setdefault(photo.parent, {})[photo.stem.lower()] = photo
+    second: dict[Path, str] = {}
+    for one, other in permutations(folders, 2):
+        common = sorted(folders[one].keys() & folders[other].keys())
+        pairs = [(folders[one][name], folders[other][name]) for name in common[:PHOTOS_MIN]]
+        if len(pairs) == PHOTOS_MIN and all(_is_second(*pair) for pair in pairs):
+            kind = f"second versions in {one.relative_to(root).as_posix()}"
+            second |= {folders[one][name]: kind for name in common}
+    return second
+
+
+def _is_second(one: Path, other: Path) -> bool:
+    """Return whether `one` is a copy of `other`, smaller, changed, or in a format to avoid."""
+    if one.stat().st_size == other.stat().st_size and filecmp.cmp(one, other, shallow=False):
+        return one > other
+    try:
+        size, look = _look(one)
+        other_size, other_look = _look(other)
+    except InputError:  # damaged, or a library is missing: said when it is prepared
+        return False
+    changed, other_changed = (_matches(CHANGED, each.parent.name) for each in (one, other))
+    if changed != other_changed:
+        return (math.prod(size), other_changed) < (math.prod(other_size), changed)
+    turned = (np.rot90(other_look, turns) for turns in range(4))  # EXIF turns photos
+    if min(abs(look - each).mean() for each in turned) > SAME_LOOK:
+        return False
+    if size == other_size:
+        return PHOTOS.index(one.suffix.lower()) > PHOTOS.index(other.suffix.lower())
+    shape = size[0] * other_size[1] / (size[1] * other_size[0])
+    return size < other_size and abs(shape - 1) < 0.03
+
+
+def _look(photo: Path) -> tuple[list[int], np.ndarray]:
+    """Return the shorter and the longer side of a photo, and 16x16 grey values in 0..255.
+
+    The photo is as it is stored. Raises InputError if it cannot be decoded.
+    """
+    with open_photo(photo) as image, images.decoding(photo):
+        size = sorted(image.size)
+        image.draft("RGB", (64, 64))
+        grey = image.convert("L").resize((16, 16), Image.Resampling.BOX)
+    return size, np.asarray(grey, np.float32)
+
+
+def other_poses(path: Path) -> str:
+    """Return a sentence about camera poses below `path` that are not read; empty if none are."""
+    for file, (tool, name, text) in product(list_files(path), OTHER_POSES):
+        if file.match(name) and _holds(file, text):
+            return (
+                f"{path} has camera poses of {tool} in {file.relative_to(path)}, which are not "
+                "read: poses are computed from the photos"
+            )
+    return ""
+
+
+def _holds(file: Path, text: bytes) -> bool:
+    """Return whether the first 64 kB of a file hold a text."""
+    with reading(file), file.open("rb") as content:
+        return text in content.read(2**16)
 
 
 def other_files(photos: list[Path]) -> dict[str, int]:
@@ -86,23 +314,6 @@ def other_files(photos: list[Path]) -> dict[str, int]:
             if kind not in PHOTOS and file.name[0] != ".":
                 counts[kind] = counts.get(kind, 0) + 1
     return counts
-
-
-def _files(folder: Path) -> list[Path]:
-    """Return the files in a folder and in the folders in it, sorted."""
-    if not folder.is_dir():
-        return []
-    files = []
-    for each in sorted(folder.iterdir()):
-        if each.name[0] == ".":
-            continue
-        if each.is_file():
-            files.append(each)
-        elif each.name.lower() not in OTHER_FOLDERS and not each.is_symlink():
-            ours = any((each / name).is_file() for name in OUR_FILES)
-            if not ours and not masks.is_mask_folder(each.name):
-                files += _files(each)
-    return files
 
 
 def relative_names(sources: list[Path]) -> list[str]:

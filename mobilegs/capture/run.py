@@ -25,8 +25,10 @@ from mobilegs.capture.photos import (
     PHOTOS,
     PHOTOS_MIN,
     PreparedPhoto,
+    list_files,
     list_photos,
     other_files,
+    other_poses,
     prepare_photos,
     prepared_names,
     relative_names,
@@ -174,7 +176,7 @@ def capture_photos(run: CaptureRun, *, progress: Progress = no_progress) -> Capt
     """
     validate_options(run)
     validate_pycolmap()
-    inputs = list_inputs(run.source)
+    inputs = list_inputs(run.source, rig=run.rig)
     photo_folders = (run.source.resolve(), *(path.resolve().parent for path in inputs))
     if run.output.resolve() in photo_folders:
         raise InputError(f"{run.output} holds the photos: give another folder for the capture")
@@ -230,12 +232,12 @@ def prepare(given: StageInputs) -> dict[str, Any]:
     """Write upright photos or frames of a limited size."""
     run, folder = given.run, given.workspace.photos
     panorama = run.lens == "panorama"
-    if is_video(run.source):
+    if is_video(given.inputs[0]):
         if run.rig:
-            raise InputError(f"--rig needs a folder per camera, and {run.source} is a video")
+            raise InputError(f"--rig needs a folder per camera, and {given.inputs[0]} is a video")
         with given.progress("choosing the sharpest frames") as advance:
             return prepare_video(
-                run.source,
+                given.inputs[0],
                 folder,
                 frames=run.frames,
                 max_size=run.max_size,
@@ -347,7 +349,7 @@ def finish(given: StageInputs, photos: list[PreparedPhoto]) -> dict[str, Any]:
         "left_out": left_out(photos, mapped),
         "hdr": records["photos"].get("hdr", ""),
         "unreadable": records["photos"].get("unreadable", []),
-        "other_files": {} if is_video(given.run.source) else other_files(given.inputs),
+        "other_files": {} if is_video(given.inputs[0]) else other_files(given.inputs),
         "features_a_photo": records["features"]["features"],
         **{name: compared[name] for name in ("pairs", "compared", "verified")},
         "tried": mapped.get("tried", [mapped["mapper"]]),
@@ -362,12 +364,16 @@ def finish(given: StageInputs, photos: list[PreparedPhoto]) -> dict[str, Any]:
 
 
 def is_capture_source(path: Path) -> bool:
-    """Return whether `path` is a video, or a folder with photos in it or in its `images/`."""
-    return is_video(path) or bool(list_photos(path))
+    """Return whether `path` is a video, or a folder with photos or a video in it."""
+    files = [path] if path.is_file() else list_files(path)
+    return any(is_video(file) or (file != path and file.suffix.lower() in PHOTOS) for file in files)
 
 
-def list_inputs(source: Path) -> list[Path]:
-    """Return the video or the photos at `source`. Raises InputError if there are too few."""
+def list_inputs(source: Path, *, rig: bool = False) -> list[Path]:
+    """Return the video or the photos at `source`, and log what else lies there.
+
+    Raises InputError if there are too few photos, or several videos to choose from.
+    """
     if is_video(source):
         return [source]
     if not source.exists():
@@ -376,7 +382,12 @@ def list_inputs(source: Path) -> list[Path]:
         raise InputError(
             f"{source} is not a video ({', '.join(VIDEOS)}): give one, or a folder of photos"
         )
-    photos = list_photos(source)
+    photos = list_photos(source, rig=rig)
+    if poses := other_poses(source):
+        log.warning("%s", poses)
+    videos = [file for file in list_files(source) if is_video(file)]
+    if len(photos) < PHOTOS_MIN and videos:
+        return [only_video(source, videos)]
     if not photos:
         raise InputError(f"{source} has no photos in it ({', '.join(PHOTOS)})")
     if len(photos) < PHOTOS_MIN:
@@ -384,12 +395,30 @@ def list_inputs(source: Path) -> list[Path]:
             f"{source} holds {len(photos)} photo{'s' * (len(photos) > 1)}: a scene needs at least "
             f"{PHOTOS_MIN}, and 30 or more to look good"
         )
+    if videos:
+        log.warning("%s: its photos are used, not its videos: %s", source, named(videos))
     return photos
+
+
+def only_video(source: Path, videos: list[Path]) -> Path:
+    """Return the one video of a folder, or the one ten times larger than each other, and log it."""
+    *others, largest = sorted(videos, key=lambda video: video.stat().st_size)
+    if others and others[-1].stat().st_size * 10 > largest.stat().st_size:
+        raise InputError(f"{source} holds {len(videos)} videos ({named(videos)}): give one of them")
+    rest = f", not {named(others)}" if others else ""
+    log.warning("%s holds too few photos: its video %s is used%s", source, largest.name, rest)
+    return largest
+
+
+def named(files: list[Path]) -> str:
+    """Return the names of the first files."""
+    names = ", ".join(file.name for file in files[:NAMES_MAX])
+    return names + f" and {len(files) - NAMES_MAX} more" * (len(files) > NAMES_MAX)
 
 
 def masks_of_inputs(source: Path, inputs: list[Path]) -> dict[Path, Path]:
     """Return the masks of photos that have one: in or beside the folder that all photos share."""
-    if is_video(source):
+    if is_video(inputs[0]):
         return {}
     root = Path(commonpath([path.resolve().parent for path in inputs]))
     photos = {path.parent.resolve() / path.name: path for path in inputs}
