@@ -224,7 +224,7 @@ def upright_mask(
             image = Image.fromarray(images.all_of(each, *size))
             image.getexif()[ORIENTATION] = turn
             upright.append(np.asarray(ImageOps.exif_transpose(image)))
-        elif images.same_shape(shape, photo.size[::-1]) and turn in (5, 6, 7, 8):
+        elif images.same_shape(shape, (photo.height, photo.width)) and turn in (5, 6, 7, 8):
             upright.append(images.all_of(each, *size[::-1]))
         else:
             raise InputError(f"mask {mask} has another aspect ratio than its photo {where}")
