@@ -179,7 +179,8 @@ def _other_suffix(name: str, file: Path) -> bool:
 def _refuse_outside(root: Path, names: Iterable[str], source: Path) -> None:
     """Raise InputError for a name that leads from `root` to a file outside."""
     for name in names:
-        if _leads_out(name) and images.is_file(root / name.replace("\\", "/")):
+        target = Path(os.path.normpath(root / name.replace("\\", "/")))
+        if root not in target.parents and images.is_file(target):
             raise InputError(
                 f"{source} names the file {quoted(name)}, which is outside of {root}; copy the "
                 "photos into the capture, or link their folder there"
