@@ -7,9 +7,10 @@ import stat
 import tempfile
 from collections.abc import Iterator
 from contextlib import contextmanager
+from io import BufferedReader
 from itertools import chain, count
 from pathlib import Path
-from typing import Any, BinaryIO
+from typing import Any
 
 from mobilegs.errors import InputError
 
@@ -127,7 +128,7 @@ def remove_unfinished(path: Path) -> None:
         left.unlink(missing_ok=True)
 
 
-def open_input(path: Path | str) -> BinaryIO:
+def open_input(path: Path | str) -> BufferedReader:
     """Open a regular file to read its bytes.
 
     Raises InputError if it cannot be opened, and for a folder, a device or a pipe, which could

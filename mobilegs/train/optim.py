@@ -136,7 +136,8 @@ class NamedAdam:
         """
         for name, saved in state.items():
             value = saved["value"]
-            known, step = self.tensors.get(name, value), saved.get("step", torch.zeros(()))
+            known = self.tensors[name] if name in self.tensors else value
+            step = saved.get("step", torch.zeros(()))
             held = [value, *(saved[key] for key in MOMENTS if key in saved)]
             alike = all(each.shape == value.shape and each.dtype == known.dtype for each in held)
             # rows come and go, and so do the harmonics in the middle of [n, k, 3]
