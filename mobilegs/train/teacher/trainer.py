@@ -357,7 +357,7 @@ class Teacher:
         self.generator.set_state(state["generator"])
         self.adam.restore(state["adam"])
         self.strategy.restore(state["strategy"])
-        self.adam.validate_rows(*self.strategy.state().values())
+        self.adam.validate_rows()
         if self.poses is not None:
             self.poses.restore(state["poses"])
         if (exposures := state["exposures"]) is not None:
