@@ -204,6 +204,7 @@ class Handler(BaseHTTPRequestHandler):
     def setup(self) -> None:
         super().setup()
         self.rfile.close()
+        assert self.timeout
         self._received = TimedReader(self.connection, self.timeout)
         self.rfile = io.BufferedReader(self._received)
 

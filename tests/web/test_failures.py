@@ -292,13 +292,13 @@ class Cut(http.server.BaseHTTPRequestHandler):
     ("shared", "sentence"), [(True, "broke off before its end"), (False, "(CORS)")]
 )
 def test_a_failing_host_shows_an_error(
-    tab: Tab, served: Any, monkeypatch: pytest.MonkeyPatch, shared: bool, sentence: str
+    tab: Tab, monkeypatch: pytest.MonkeyPatch, shared: bool, sentence: str
 ) -> None:
     monkeypatch.setattr(Cut, "shared", shared)
     with http.server.ThreadingHTTPServer(("127.0.0.1", 0), Cut) as other:
         threading.Thread(target=other.serve_forever, daemon=True).start()
-        page = served("scene.mgs", MGS).address("127.0.0.1")
-        tab.page.goto(page.replace("/scene", f"http://127.0.0.1:{other.server_port}/scene"))
+        scene = f"http://127.0.0.1:{other.server_port}/scene"
+        tab.page.goto(f"{tab.address}/src/index.html?url={scene}")
         said = tab.page.wait_for_function(SETTLED, timeout=60_000).json_value()
         other.shutdown()
     assert sentence in said
