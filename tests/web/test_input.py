@@ -121,14 +121,20 @@ def test_a_polite_element_lets_the_page_scroll(tab: Tab, served: Any) -> None:
     until(tab, lambda: reach(tab) > far)
 
 
-def test_the_viewer_works_in_a_srcdoc_frame(tab: Tab, served: Any) -> None:
-    server = served("scene.mgs", MGS)
-    address = f"{server.address('127.0.0.1')}"
-    visit(tab, server)
+def without_policy(tab: Tab) -> str:
+    """Open the viewer in a page that may frame others, and be framed; return its address."""
+    tab.share("scene.mgs", MGS)
+    address = f"{tab.address}/src/index.html?url=/arrays/scene.mgs&scale=1&variant=floats"
+    tab.page.goto(address)
+    tab.page.wait_for_function(SETTLED, timeout=60_000)
+    return address
+
+
+def test_the_viewer_works_in_a_srcdoc_frame(tab: Tab) -> None:
+    address = without_policy(tab)
     page = tab.page.evaluate("async (address) => (await fetch(address)).text()", address)
-    base = address.partition("?")[0]
-    inside = page.replace("<head>", f"<head><base href='{base}'>").replace(
-        "<mobile-gs>", f"<mobile-gs src='{base}scene'>"
+    inside = page.replace("<head>", f"<head><base href='{address.partition('?')[0]}'>").replace(
+        "<mobile-gs linkable>", "<mobile-gs src='/arrays/scene.mgs'>"
     )
     tab.page.evaluate(
         """(inside) => {
@@ -141,6 +147,7 @@ def test_the_viewer_works_in_a_srcdoc_frame(tab: Tab, served: Any) -> None:
         inside,
     )
     frame = tab.page.frames[-1]
+    frame.wait_for_function("document.querySelector('mobile-gs')?.shadowRoot", timeout=60_000)
     frame.wait_for_function(SETTLED, timeout=60_000)
     frame.evaluate(
         """() => {
@@ -239,9 +246,8 @@ def test_files_can_be_dropped(tab: Tab, served: Any) -> None:
     tab.page.get_by_role("slider").wait_for()  # the other one is compared with it
 
 
-def test_a_frame_keeps_the_focus_and_two_elements_render(tab: Tab, served: Any) -> None:
-    server = served("scene.mgs", MGS)
-    visit(tab, server)
+def test_a_frame_keeps_the_focus_and_two_elements_render(tab: Tab) -> None:
+    address = without_policy(tab)
     tab.page.evaluate(
         """(address) => {
           const frame = Object.assign(document.createElement("iframe"), { src: address });
@@ -254,7 +260,7 @@ def test_a_frame_keeps_the_focus_and_two_elements_render(tab: Tab, served: Any) 
           document.body.append(second, frame, field);
           field.focus();
         }""",
-        server.address("127.0.0.1") + "&scale=1",
+        address,
     )
     frame = next(one for one in tab.page.frames if one.parent_frame)
     for place in (tab.page.main_frame, frame):
