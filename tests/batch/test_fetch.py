@@ -129,7 +129,7 @@ class Served(BaseHTTPRequestHandler):
         self.do_HEAD()
         self.wfile.write(b"hello")
 
-    def log_message(self, *_: object) -> None:
+    def log_message(self, format: str, *args: object) -> None:
         pass
 
 
