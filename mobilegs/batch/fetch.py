@@ -99,8 +99,9 @@ def fetch(source: str, cache: Path) -> Path:
         listing = _listing(files, root)
     except FileNotFoundError as error:
         cause = error.__cause__  # fsspec says that nothing is there whatever a server answers
-        known = source.startswith(HTTP) and isinstance(cause, Exception)
-        raise _failure(source, cause if known else error) from None
+        if not source.startswith(HTTP) or not isinstance(cause, Exception):
+            cause = error
+        raise _failure(source, cause) from None
     except InputError:
         raise
     except Exception as error:
