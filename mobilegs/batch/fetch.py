@@ -94,21 +94,20 @@ def fetch(source: str, cache: Path) -> Path:
     import fsspec
 
     validate_address(source)
-    nothing = InputError(f"there is nothing at {shown_address(source)}")
     try:
         files, root = fsspec.core.url_to_fs(source)
         listing = _listing(files, root)
     except FileNotFoundError as error:
         cause = error.__cause__  # fsspec says that nothing is there whatever a server answers
-        if source.startswith(HTTP) and isinstance(cause, Exception):
-            raise _failure(source, cause) from None
-        raise nothing from None
+        if not source.startswith(HTTP) or not isinstance(cause, Exception):
+            cause = error
+        raise _failure(source, cause) from None
     except InputError:
         raise
     except Exception as error:
         raise _failure(source, error) from None
     if not listing:
-        raise nothing
+        raise InputError(f"there is nothing at {shown_address(source)}")
     target = cache / _key(source, listing)
     end = public_address(root) if root.startswith(HTTP) else root
     place = target / (PurePosixPath(end.rstrip("/")).name or "source")
