@@ -13,6 +13,8 @@ from mobilegs.atomic import make_folder
 from mobilegs.capture.misplaced_photos import drop_misplaced
 from mobilegs.capture.pycolmap_runtime import SEED, load_pycolmap, threads
 from mobilegs.capture.rigs import set_rig_of_model
+from mobilegs.data.file_names import leads_out
+from mobilegs.errors import InputError, quoted
 from mobilegs.progress_display import Advance
 
 Mapper = Literal["auto", "incremental", "global"]
@@ -166,12 +168,20 @@ def keep_photos(model: Path, photos: Path, masks: Path, output: Path, names: Seq
     """Write `images/`, `masks/` and `sparse/` into the new folder `output`, all as they are."""
     if output.exists():
         shutil.rmtree(output)
+    validate_names(names)
     shutil.copytree(model, output / "sparse")
     if masks.exists():
         shutil.copytree(masks, output / "masks")
     for name in names:
         make_folder((output / "images" / name).parent)
         shutil.copyfile(photos / name, output / "images" / name)
+
+
+def validate_names(names: Sequence[str]) -> None:
+    """Raise InputError for the name of a photo that leads out of a folder."""
+    for name in names:
+        if leads_out(name):
+            raise InputError(f"a model names the photo {quoted(name)}, outside of its capture")
 
 
 def undistort_photos(model: Path, photos: Path, masks: Path, output: Path) -> None:
@@ -182,6 +192,9 @@ def undistort_photos(model: Path, photos: Path, masks: Path, output: Path) -> No
     if output.exists():
         shutil.rmtree(output)
     pycolmap, options = load_pycolmap(), load_pycolmap().UndistortCameraOptions()
+    reconstruction = pycolmap.Reconstruction(model)
+    placed = [reconstruction.image(number) for number in reconstruction.reg_image_ids()]
+    validate_names([image.name for image in placed])
     pycolmap.undistort_images(
         output,
         model,
@@ -190,8 +203,7 @@ def undistort_photos(model: Path, photos: Path, masks: Path, output: Path) -> No
         jpeg_quality=JPEG_QUALITY,
         num_threads=threads(),
     )
-    reconstruction = pycolmap.Reconstruction(model)
-    for image in (reconstruction.image(number) for number in reconstruction.reg_image_ids()):
+    for image in placed:
         mask = masks / f"{image.name}.png"
         if mask.exists():
             bitmap = pycolmap.Bitmap.read(mask, as_rgb=False)

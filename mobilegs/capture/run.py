@@ -201,7 +201,10 @@ def run_stages(given: StageInputs, keys: dict[str, str]) -> dict[str, Any]:
     workspace = given.workspace
     refuse_links(workspace.images, workspace.sparse, workspace.work, *workspace.work.rglob("*"))
     record = workspace.run("photos", keys["photos"], lambda: prepare(given))
-    photos = [PreparedPhoto(**photo) for photo in record["photos"]]
+    try:
+        photos = [PreparedPhoto(**photo) for photo in record["photos"]]
+    except (LookupError, TypeError) as error:
+        raise InputError(f"{workspace.work} is damaged: delete it, and start again") from error
     workspace.run("features", keys["features"], lambda: features(given, photos))
     before = workspace.read("matches")
     if before is not None and before["key"] != keys["matches"]:

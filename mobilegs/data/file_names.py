@@ -53,7 +53,7 @@ class Folder:
         have another suffix, none, or more folders in its name than here. With `loose` it may also
         lie in subfolders that its name does not have.
         """
-        if not _leads_out(name) and images.is_file(self.root / name):
+        if not leads_out(name) and images.is_file(self.root / name):
             return self.root / name
         for spelled in dict.fromkeys((name, unquote(name))):
             ranked = sorted(self._ranked(spelled, photo, loose), reverse=True)
@@ -75,7 +75,7 @@ class Folder:
             if photo and (same or entry.suffix in images.SUFFIXES):
                 other = 0 if same else images.SUFFIXES.index(entry.suffix)
                 yield (shared, not above, same, -other), entry.path
-            elif same and (shared == len(folders) or _leads_out(name)):
+            elif same and (shared == len(folders) or leads_out(name)):
                 yield (shared, True, True, 0), entry.path
 
     def find_all(self, names: Sequence[str], *, loose: bool = False) -> dict[str, Path]:
@@ -127,7 +127,8 @@ def _split(file: str) -> tuple[str, str]:
     return stem, suffix
 
 
-def _leads_out(name: str) -> bool:
+def leads_out(name: str) -> bool:
+    """Return whether a name is an absolute path, or has `..` among its folders."""
     path = name.replace("\\", "/")
     return path.startswith("/") or bool(DRIVE.match(path)) or ".." in path.split("/")
 

@@ -440,3 +440,16 @@ def test_poses_of_the_fern_are_those_of_its_authors(data_dir: Path, tmp_path: Pa
     )
     print(f"camera centres differ by {error:.4f} of their extent, {report['points']} points")
     assert error < 0.02
+
+
+@pytest.mark.parametrize(
+    "name", ["../photo.png", "/photo.png", "a/../../photo.png", "C:\\photo.png"]
+)
+def test_a_model_names_no_photo_outside(tmp_path: Path, name: str) -> None:
+    for folder in ("model", "photos"):
+        (tmp_path / folder).mkdir()
+    with pytest.raises(InputError, match="outside of its capture"):
+        mapping.keep_photos(
+            tmp_path / "model", tmp_path / "photos", tmp_path / "masks", tmp_path / "out", [name]
+        )
+    assert not (tmp_path / "out").exists()
