@@ -190,11 +190,12 @@ def _render(
             "number for each channel of the colours"
         )
     for name, tensor in (("colours", inputs.colors), ("lobes", inputs.lobes)):
-        if tensor is not None and (tensor.dtype, tensor.device) != (
-            inputs.means.dtype,
-            inputs.means.device,
-        ):
-            raise InputError(f"the {name} have another type or device than the means")
+        means = inputs.means
+        if tensor is not None and (tensor.dtype, tensor.device) != (means.dtype, means.device):
+            raise InputError(
+                f"the {name} are {tensor.dtype} on {tensor.device}, and the means {means.dtype} on "
+                f"{means.device}: all must have one type and device"
+            )
     if not isinstance(screen_grads, Tensor | None):
         raise InputError("screen_grads are no tensor")
     if screen_grads is not None and channels > 3:

@@ -194,8 +194,10 @@ NAME = "a\x1b[2J\nb\r\u202ec\x9b\u2028[red]d\udcff"
 
 
 def test_names_reach_the_terminal_escaped(
-    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
+    # pytest-xdist cannot send the log of a test with a name that is not Unicode
+    monkeypatch.setattr(logging.getLogger("mobilegs"), "propagate", False)
     scene = tmp_path / f"{NAME}.ply"
     write_ply(scene, random_scene(5, degree=0))
     assert main(["info", str(tmp_path / f"{NAME}.mgs")]) == 2

@@ -125,7 +125,7 @@ def test_far_points_change_no_measure_and_no_other_gaussian(
         every = np.concatenate([points, *far])
         shades = np.concatenate([colors, *(0 * part for part in far)])
         return assemble(
-            "ring", frames[1:], frames[:1], points=every, colors=shades, background=(0, 0, 0)
+            "ring", frames[1:], frames[:1], points=every, colors=shades, background=(0.0, 0.0, 0.0)
         )
 
     plain, found = opened(), opened(away)

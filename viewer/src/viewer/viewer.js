@@ -254,8 +254,9 @@ export class Viewer {
 
   /** Notes to use instead of those of the file: `start`, `start_portrait`, `limits`, `up`. @param {Record<string, string>} notes */
   set given(notes) {
+    const same = JSON.stringify(notes) === JSON.stringify(this.#given);
     this.#given = notes;
-    if (!this.count) return;
+    if (same || !this.count) return;
     if (this.#atStart) this.reset();
     else this.#prepare();
   }
