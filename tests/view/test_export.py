@@ -335,7 +335,7 @@ def test_a_script_that_got_into_a_page_does_not_run(
         "<img src='https://evil.example/a.png'><a href='javascript:window.attacked = 4'>a</a>"
     )
     text = page.read_text("utf-8").replace("<title>", f"{attack}<title>")
-    page.write_text(text.replace("<body>", f"<body>{attack}"))
+    page.write_text(text.replace("<body>", f"<body>{attack}"), "utf-8")
     asked: list[str] = []
     tab.page.on("request", lambda request: asked.append(request.url))
     tab.page.goto(f"{address}?scale=1&variant=floats&renderer={renderer}")
