@@ -4,9 +4,10 @@
         [--downscale N] [--peers FOLDER/node_modules/.bin/splat-transform] [--json OUT]
 
 @playcanvas/splat-transform (npm) writes `.spz`, `.sog` and compressed `.ply` files of the teacher
-and reads them back; mobilegs reads the `.mgs`. Figures are of the capture's held-back photos, LPIPS
-(VGG) of every fourth. *encode* and *decode* are seconds of whole commands. The formats hold another
-kind of scene than the `.mgs` (sorted, all harmonics), so compare whole rows.
+and reads them back; mobilegs writes and reads another `.sog`, and reads the `.mgs`. Figures are of
+the capture's held-back photos, LPIPS (VGG) of every fourth. *encode* and *decode* are seconds of
+whole commands, or of mobilegs's functions. The formats hold another kind of scene than the `.mgs`
+(sorted, all harmonics), so compare whole rows.
 """
 
 import argparse
@@ -25,12 +26,14 @@ from mobilegs.data import Dataset, load_capture
 from mobilegs.evaluate.lpips import LpipsSuite, lpips_from
 from mobilegs.evaluate.report import evaluate
 from mobilegs.formats.ply import read_ply
+from mobilegs.formats.sog import read_sog, write_sog
 from mobilegs.formats.spz import SH_SIGNS, read_spz
 from mobilegs.gaussians import Gaussians
 from mobilegs.render.scene import Scene
 from mobilegs.scene_file import open_scene
 
 LPIPS_EVERY = 4
+OWN = "sog by mobilegs"
 # suffix and options of splat-transform
 PEERS = {"spz": (".spz",), "sog": (".sog", "-g", "cpu"), "compressed.ply": (".compressed.ply",)}
 CPU = torch.device("cpu")
@@ -79,6 +82,18 @@ def peer(program: Path, source: Path, suffix: str, more: tuple[str, ...]) -> tup
     return found, {"bytes": size, "encode_seconds": encode, "decode_seconds": decode}
 
 
+def own_sog(source: Gaussians) -> tuple[Gaussians, dict]:
+    """Write a scene as a `.sog` of mobilegs and read it; return it, its bytes and the seconds."""
+    with tempfile.TemporaryDirectory() as folder:
+        there = Path(folder) / "there.sog"
+        encode = seconds(lambda: write_sog(there, source))
+        started = time.perf_counter()
+        found = read_sog(there)
+        decode = round(time.perf_counter() - started, 3)
+        row = {"bytes": there.stat().st_size, "encode_seconds": encode, "decode_seconds": decode}
+        return found, row
+
+
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("name", help="of the capture, in the results")
@@ -98,6 +113,10 @@ def main() -> None:
         if path and f"{options.name}/{kind}" not in figures.rows:
             row = quality(open_scene(path, CPU), dataset, lpips)
             figures.add(f"{options.name}/{kind}", **row, bytes=path.stat().st_size)
+    if f"{options.name}/{OWN}" not in figures.rows:
+        found, row = own_sog(teacher.gaussians)
+        scene = replace(teacher, gaussians=found)
+        figures.add(f"{options.name}/{OWN}", **quality(scene, dataset, lpips), **row)
     for kind, (suffix, *more) in PEERS.items() if options.peers else ():
         if f"{options.name}/{kind}" not in figures.rows:
             found, row = peer(options.peers, options.ply, suffix, tuple(more))

@@ -6,6 +6,7 @@ Each table stands between its own pair of markers, `<!-- BEGIN:name -->` and `<!
 """
 
 import json
+import math
 from typing import Any
 
 from bench.record import DOCS, RESULTS, ROOT, filled, origin_of, table
@@ -21,7 +22,7 @@ Rows = list[list[str]]
 
 
 def number(value: float | None, digits: int) -> str:
-    return "-" if value is None else f"{value:,.{digits}f}"
+    return "-" if value is None or math.isnan(value) else f"{value:,.{digits}f}"
 
 
 def size_of(sides: list[int]) -> str:
@@ -144,7 +145,7 @@ def viewer_rows(viewers: dict[str, Any]) -> Rows:
                 f"{row['load_ms']['median']:.0f}",
                 f"{frame['median']:.0f} / {frame['min']:.0f}",
                 f"{row['cpu_ms']['median']:.0f}",
-                number(row["viewer_gzip_bytes"] / 1e3, 0),
+                number((row["viewer_gzip_bytes"] or math.nan) / 1e3, 0),
                 number(row["scene_bytes"] / 1e6, 1),
                 "equal" if turn >= ALIKE else number(turn, 1),
                 number(row["turn"]["moving_true"]["median"], 1),
@@ -218,7 +219,7 @@ def comparison_rows(paper: dict[str, Any], formats: dict[str, Any], viewers: dic
     rows = []
     for kind, cell, blended, ms, browser in (
         ("`.ply`, 3DGS", teacher, "sorted", kernels, fastest),
-        ("`.sog` of it", formats["bonsai/sog"], "sorted", kernels, fastest),
+        ("`.sog` of it", formats["bonsai/sog by mobilegs"], "sorted", kernels, fastest),
         ("`.spz` of it", formats["bonsai/spz"], "sorted", kernels, fastest),
         ("`.mgs`, `blend=sorted`", paper[SORTED], "sorted", None, "-"),
         ("**`.mgs`**", student, "in any order", None, f"{ours['frame_ms']['median']:.0f} (ours)"),

@@ -17,6 +17,8 @@ from mobilegs.csrc.binding import kernel_build
 ROOT = Path(__file__).parents[1]
 RESULTS = ROOT / "bench/results"
 DOCS = ROOT / "docs/explanation/benchmarks.md"
+# of the builds of the kernels
+INSTRUCTIONS = {"v4": "AVX-512", "v3": "AVX2", "v2": "SSE4.2", "portable": "no extensions"}
 
 
 def machine() -> str:
@@ -24,7 +26,7 @@ def machine() -> str:
     listed = Path("/proc/cpuinfo").read_text() if Path("/proc/cpuinfo").exists() else ""
     names = [line.partition(":")[2].strip() for line in listed.splitlines() if "model name" in line]
     name = names[0] if names else platform.machine()
-    return f"{name}, {os.cpu_count()} cores, kernels {kernel_build()}"
+    return f"{name}, {os.cpu_count()} cores, {INSTRUCTIONS[kernel_build()]}"
 
 
 def commit() -> str:
