@@ -1,4 +1,4 @@
-"""What is published changes with a commit: actions and build tools are pinned to their content."""
+"""Workflows pin actions to commits and build tools to hashes: only a commit changes a release."""
 
 import re
 from pathlib import Path

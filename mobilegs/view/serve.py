@@ -175,7 +175,7 @@ class Server(BoundedServer):
 
 
 class TimedReader(io.RawIOBase):
-    """What a connection receives; reading raises TimeoutError at a deadline, however slow it is."""
+    """The input of a connection; reading raises TimeoutError at a deadline, however slow it is."""
 
     def __init__(self, connection: socket.socket, seconds: float) -> None:
         """Read from `connection`, for `seconds` after each `restart`."""

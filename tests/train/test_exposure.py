@@ -137,7 +137,7 @@ def test_gains_that_explain_nothing_are_no_exposures(
     noise: float,
     learned: bool,
 ) -> None:
-    """Where photos show other things at a point, their means differ, and hardly anything else."""
+    """Photos that show other things at a point differ in their means, and hardly elsewhere."""
     gains = GAINS.log2()[:, None].expand(6, 3)
     colors = torch.randn(2000, 1, 3, generator=generator) + gains
     colors = colors + noise * torch.randn(2000, 6, 3, generator=generator)
