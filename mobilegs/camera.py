@@ -40,6 +40,10 @@ class Camera:
         rotation, translation = self.viewmat[:3, :3], self.viewmat[:3, 3]
         return -(rotation.T @ translation)
 
+    def depths(self, points: Float[Tensor, "n 3"]) -> Float[Tensor, "n"]:
+        """Return the camera-space z of points in world space, `[n]`."""
+        return points @ self.viewmat[2, :3] + self.viewmat[2, 3]
+
     def to(
         self, device: torch.device | str | None = None, dtype: torch.dtype | None = None
     ) -> "Camera":

@@ -19,6 +19,8 @@ class BenchCapture:
     preset: PresetName = "long"
     settings: tuple[str, ...] = ()
     """Settings that differ from the preset."""
+    arc: bool = False
+    """True: the photos around one place are held back, not every eighth."""
     settings_3dgs: tuple[str, ...] = ()
     """Further settings where 3DGS is the teacher."""
     protocol: str = "paper"
@@ -73,9 +75,20 @@ CAPTURES: dict[str, BenchCapture] = {
         "small", ("llff_horns",), 2, preset="short", settings=_small_budget(60_000)
     ),
     "lego-200": BenchCapture("small", ("lego",), 4, preset="short", settings=_small_budget(60_000)),
+    "stitch-359": BenchCapture(
+        "small", ("stitch",), 2, preset="short", settings=_small_budget(80_000)
+    ),
+    "south-604": BenchCapture(
+        "small", ("south_building",), 2, "outdoor", preset="short", settings=_small_budget(120_000)
+    ),
     "bonsai-800": BenchCapture("full", ("bonsai",), 1),
     "horns-499": BenchCapture("full", ("llff_horns",), 1),
     "lego-800": BenchCapture("full", ("lego",), 1),
+}
+# what a student shows where no photo was taken
+CAPTURES |= {
+    f"{name}-arc": replace(CAPTURES[name], group="arcs", arc=True)
+    for name in ("bonsai-400", "bonsai-800", "horns-250", "stitch-359", "south-604")
 }
 TITLES = {"mipnerf360": "Mip-NeRF 360", "tandt": "Tanks and Temples", "db": "Deep Blending"}
 

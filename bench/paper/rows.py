@@ -126,6 +126,25 @@ OURS: dict[str, Row] = {
         "`late-rate-term`, distilled at the photos' views in every step, as in the paper",
         PAPER_DISTILLATION,
     ),
+    "no-front": Row(
+        "main",
+        "the default without the term of coverage before planes",
+        ("student.loss.front_weight=0",),
+    ),
+    "front-alone": Row(
+        "main",
+        "the default without distillation of colours and depths",
+        ("student.loss.distill_weight=0", "student.loss.depth_weight=0"),
+    ),
+    "no-teacher": Row(
+        "main",
+        "`front-alone` without the term of coverage before planes",
+        (
+            "student.loss.front_weight=0",
+            "student.loss.distill_weight=0",
+            "student.loss.depth_weight=0",
+        ),
+    ),
     "photos-only": Row(
         "main",
         "`late-rate-term` without distillation of colours and depths",

@@ -55,6 +55,7 @@ from mobilegs.csrc.binding import kernel_build
 from mobilegs.data import Dataset, ViewLoader, load_capture
 from mobilegs.device import choose_device
 from mobilegs.errors import InputError
+from mobilegs.evaluate.front import lost_in_front
 from mobilegs.evaluate.lpips import LpipsSuite, lpips_from
 from mobilegs.evaluate.report import evaluate, peak_memory_mib, to_json
 from mobilegs.formats.ply import read_ply_scene, write_ply
@@ -71,6 +72,8 @@ from mobilegs.train.teacher.trainer import Teacher
 TIMED_VIEWS = 16
 TIMED_FRAMES = 4  # of each; the first one warms up
 USUAL = ["teacher", "ours", BASE]
+ARC = 8  # an arc has every ARC-th photo
+FRONT_EVERY = 3  # light lost in front is measured in every 3rd held-back photo
 FEW_LPIPS = 4  # with --few-lpips, LPIPS of every 4th held-back photo
 
 
@@ -171,8 +174,10 @@ def frame_ms(scene: Scene, cameras: list[Camera]) -> float:
     return statistics.median(min(frame(view) for _ in range(TIMED_FRAMES)) for view in views)
 
 
-def figures(scene: Scene, work: Work, lpips: LpipsSuite | None) -> dict:
-    """Measure a scene on the held-back photos."""
+def figures(
+    scene: Scene, work: Work, lpips: LpipsSuite | None, teacher: Scene | None = None
+) -> dict:
+    """Measure a scene on the held-back photos; a teacher gives the surfaces for `front`."""
     test = work.dataset.test
     some = test[::FEW_LPIPS] if work.options.few_lpips else test
     found = evaluate(scene, work.dataset, lpips=lpips if some is test else None)
@@ -180,12 +185,16 @@ def figures(scene: Scene, work: Work, lpips: LpipsSuite | None) -> dict:
         again = evaluate(scene, replace(work.dataset, test=some), lpips=lpips)
         found |= {name: value for name, value in again.items() if name.startswith("lpips")}
     found.pop("views")
+    teacher = scene if teacher is None else teacher
+    cameras = [frame.camera for frame in test[::FRONT_EVERY]]
+    front = lost_in_front(teacher, {"scene": scene}, cameras)["scene"]
     return {
         "gaussians": len(scene.gaussians),
         **{name: value for name, value in found.items() if value is not None},
         "photos": len(test),
         **({} if lpips is None else {"lpips_photos": len(some)}),
         "frame_ms": round(frame_ms(scene, [frame.camera for frame in test]), 2),
+        **({} if front is None else {"front": front}),
     }
 
 
@@ -215,9 +224,19 @@ def cell(name: str, seed: int, folder: Path, work: Work, lpips: LpipsSuite | Non
         size = float_bytes(scene)
     found = of | {"teacher_seconds": round(seconds), "seconds": round(spent), "bytes": size}
     found["teacher_crc"] = zlib.crc32(ply.read_bytes())  # cells may be of several trainings of it
-    found |= figures(scene, work, lpips)
+    found |= figures(scene, work, lpips, teacher)
     RunDir(folder).remove_checkpoint()
     return found
+
+
+def hold_arc(dataset: Dataset) -> Dataset:
+    """Return the capture with the photos nearest to the first one held back, an eighth of all."""
+    frames = sorted([*dataset.train, *dataset.test], key=lambda frame: frame.name)
+    positions = torch.stack([frame.camera.position for frame in frames])
+    nearest = (positions - positions[0]).norm(dim=1).argsort(stable=True)
+    held = set(nearest[: len(frames) // ARC].tolist())
+    train = [frame for at, frame in enumerate(frames) if at not in held]
+    return replace(dataset, train=train, test=[frames[at] for at in sorted(held)])
 
 
 def present_captures(options: argparse.Namespace) -> Iterator[tuple[str, BenchCapture, Path]]:
@@ -324,6 +343,7 @@ def run(options: argparse.Namespace) -> list[str]:
             continue
         with noting_failure(name, None, failed):
             dataset = load_capture(capture, downscale=place.downscale)
+            dataset = hold_arc(dataset) if place.arc else dataset
             with ViewLoader(dataset.train) as loader:
                 work = Work(name, place, capture, dataset, loader, team, options)
                 for wanted in missing:

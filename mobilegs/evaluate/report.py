@@ -54,10 +54,18 @@ class SceneMetrics(Metrics):
 
 
 class FileMetrics(SceneMetrics):
-    """Metrics of a scene's file, its size in bytes and its number of Gaussians."""
+    """Metrics of a scene's file.
+
+    Attributes:
+        file_bytes: size of the file.
+        gaussians: number of Gaussians.
+        front: share of light lost before the teacher's surfaces, 0 to 1
+            (`evaluate/front.py`); None if no held-back photo shows enough of them.
+    """
 
     file_bytes: int
     gaussians: int
+    front: float | None
 
 
 class RunMetrics(TypedDict):

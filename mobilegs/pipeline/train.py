@@ -5,6 +5,7 @@ from collections.abc import Callable
 from contextlib import ExitStack
 from dataclasses import dataclass, replace
 from pathlib import Path
+from typing import cast
 
 import numpy as np
 import torch
@@ -17,6 +18,7 @@ from mobilegs.data import Dataset, ViewLoader, load_capture
 from mobilegs.data.dataset import Frame, Offset
 from mobilegs.errors import InputError
 from mobilegs.evaluate.contact_sheet import contact_sheet
+from mobilegs.evaluate.front import lost_in_front
 from mobilegs.evaluate.lpips import LpipsSuite, lpips_from
 from mobilegs.evaluate.report import (
     FileMetrics,
@@ -64,6 +66,7 @@ from mobilegs.viewpoints.first_view import find_framing
 from mobilegs.viewpoints.visibility import validate_visibility
 
 TARGET_TOLERANCE = 0.05  # share of target_mb by which a file may miss it without a message
+FRONT_VIEWS = 12  # held-back photos in which light lost before surfaces is measured, or a few more
 FIRST_LOOKS = 4  # cameras in the file, for a first look
 
 
@@ -348,11 +351,14 @@ def measure(
     student = read_mgs(run_dir.scene).decode(job.team.device)
     scenes = {"teacher": teacher, "student": student}
     measured = evaluate_side_by_side(scenes, dataset, lpips=lpips, progress=advance)
+    some = dataset.test[:: max(1, len(dataset.test) // FRONT_VIEWS)]
+    front = lost_in_front(teacher, scenes, [frame.camera for frame in some])
     contact_sheet(run_dir.contact_sheet, dataset, teacher, student)
 
     def of_file(name: str, path: Path) -> FileMetrics:
         size, count = path.stat().st_size, len(scenes[name].gaussians)
-        return {"file_bytes": size, "gaussians": count, **measured[name]}
+        about = {"file_bytes": size, "gaussians": count, "front": front[name]}
+        return cast(FileMetrics, about | measured[name])
 
     camera = dataset.test[0].camera
     metrics: RunMetrics = {

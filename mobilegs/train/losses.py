@@ -148,6 +148,13 @@ def color_distillation_loss(
     return ((image - teacher).abs().sum(2) * mask).sum() / (3 * total(mask)).clamp_min(1)
 
 
+def front_loss(
+    coverage: Float[Tensor, "h w"], target: Float[Tensor, "h w"]
+) -> Float[Tensor, ""]:
+    """Return the mean absolute difference between two coverages before one plane, in [0, 1]."""
+    return (coverage - target).abs().mean()
+
+
 def depth_distillation_loss(
     depth: Float[Tensor, "h w"],
     alpha: Float[Tensor, "h w"],

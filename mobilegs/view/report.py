@@ -34,6 +34,7 @@ FIGURES = {  # name of a metric: heading, decimals
     "cc_psnr": ("PSNR dB, colours corrected", 2),
     "ssim": ("SSIM", 3),
     "lpips_vgg": ("LPIPS", 3),
+    "front": ("light lost before surfaces", 3),
 }
 
 

@@ -97,17 +97,22 @@ class LossConfig:
     """Steps between two distillations on a virtual view, which lies between two training cameras.
     0 distils on the photos' views in every step instead, as in the paper; so does any value if no
     two cameras look at the same things."""
+    front_weight: float = 0.1
+    """Weight of the L1 distance to the teacher's coverage before planes of random depth, at least
+    0; not with `blend=sorted`. It keeps Gaussians of little weight from standing in front of
+    surfaces, where no photo shows them, but meshes, other scenes and depths do. The paper has no
+    such term."""
     overdraw_weight: float = 5e-5
     """Weight of the mean number of fragments per pixel, which decides the time of a frame; at least
     0. Only scales receive its gradient. It counts what levels paint, if there is a `level_sigma`.
     The paper has no such term."""
 
     def __post_init__(self) -> None:
-        names = ("distill_weight", "depth_weight", "virtual_view_every", "overdraw_weight")
+        names = ("distill_weight", "depth_weight", "virtual_view_every", "front_weight")
         check(
             self,
             ssim_weight=FRACTION,
-            **dict.fromkeys(names, NOT_NEGATIVE),
+            **dict.fromkeys((*names, "overdraw_weight"), NOT_NEGATIVE),
         )
 
 

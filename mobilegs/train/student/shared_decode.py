@@ -54,12 +54,15 @@ class SharedDecode:
         *,
         background: Float[Tensor, "3"],
         depth: bool = False,
+        before: float | None = None,
     ) -> Rendered:
         """Render the view of camera `number`, differentiable down to the leaves.
 
-        `radii` of the result are those of the rendered Gaussians, not of all.
+        With `before`, only the Gaussians whose camera-space z is below it are rendered. `radii` of the result are those of the rendered Gaussians, not of all.
         """
         rows, camera = self.rows[number], self.cameras[number]
+        if before is not None:
+            rows = self._rows_before(rows, camera, before)
         picked = {
             name: t if rows is None else take_rows(t, rows) for name, t in self.detached.items()
         }
@@ -75,6 +78,16 @@ class SharedDecode:
             return render_sorted(*shapes, opacities, picked["sh"], **options)
         options |= {"weighting": model.weighting, "level_sigma": model.level_sigma}
         return render_sortfree(*shapes, lobes, picked["sh"], **options)
+
+    @torch.no_grad()
+    def _rows_before(
+        self, rows: Int[Tensor, "m"] | None, camera: Camera, z: float
+    ) -> Int[Tensor, "k"]:
+        """Return those of the rows, or of all, whose camera-space z is below `z`."""
+        means = self.detached["means"]
+        if rows is None:
+            return (camera.depths(means) < z).nonzero()[:, 0]
+        return rows[camera.depths(means[rows]) < z]
 
     def overdraw(self, number: int) -> Float[Tensor, ""]:
         """Return the fragments per pixel of camera `number`, differentiable for the scales.

@@ -20,6 +20,7 @@ from mobilegs.train.exposure import Exposures
 from mobilegs.train.losses import (
     color_distillation_loss,
     depth_distillation_loss,
+    front_loss,
     masked_mse,
     photo_loss,
     raw_depth_loss,
@@ -48,6 +49,7 @@ REGRESSION_STEPS = 400  # that fit colour networks to harmonics, at most a fifth
 CODEBOOK_LRS = {"scale": 1e-3, "opacity": 1e-3, "rotation": 5e-4, "appearance": 1e-3}
 LOBE_CODEBOOK_LR_RATIO = 0.25
 COLOR_DECODER_LR = 1e-3
+FRONT_EVERY = 4  # steps between two comparisons of the coverage before planes
 SPARSE_EVERY = 4  # steps between two gradients of the rate term, and of overdraw, times 4
 
 
@@ -61,6 +63,7 @@ class Student:
         (1 - ssim_weight) L1 + ssim_weight (1 - SSIM)           at each photo
         + distill_weight L1(teacher's colours)
         + depth_weight Var(log-depth - teacher's log-depth)     at virtual views, in some steps
+        + front_weight L1(teacher's coverage before a plane)    at a view, in some steps
         + overdraw_weight (area of ellipses) + lambda (bits per Gaussian)
         + 0.01 |change of the photo's colours|^2                where exposures are learned
 
@@ -112,17 +115,17 @@ class Student:
             teacher,
             cache_bytes=config.cache_mib << 20,
             release_depths=not config.loss.mask_depth,
+            seed=seed,
         )
         self.cameras = [camera.to(device) for camera in cameras]
         self.exposures = exposures
         self.team = team
         self.virtual_cameras: list[Camera] = []
-        if config.loss.virtual_view_every and self._distils:
+        if config.loss.virtual_view_every and (self._distils or self._has_front_term):
             on_path = virtual_cameras(self.cameras, seed)
-            self.virtual_cameras = [
-                camera.reduced(max(1, min(DIVISOR, min(camera.width, camera.height) // MIN_SIDE)))
-                for camera in move_off_path(on_path, gaussians.means, OFF_PATH_SHARE, seed)
-            ]
+            off_path = move_off_path(on_path, gaussians.means, OFF_PATH_SHARE, seed)
+            self.virtual_cameras = [_reduced(camera) for camera in off_path]
+        self.front_cameras = self.virtual_cameras or [_reduced(each) for each in self.cameras]
         if start := config.view_dependence.start_opacity:
             opacities = torch.full_like(gaussians.logit_opacities, start)
             gaussians = replace(gaussians, logit_opacities=opacities.logit())
@@ -308,6 +311,11 @@ class Student:
         return self.config.loss.distill_weight != 0 or self.config.loss.depth_weight != 0
 
     @property
+    def _has_front_term(self) -> bool:
+        """True if the loss compares the coverage before planes with the teacher's."""
+        return self.config.loss.front_weight > 0 and self.config.blend != "sorted"
+
+    @property
     def _has_rate_term(self) -> bool:
         """True if the loss of the next step has a rate term."""
         schedule = self.config.schedule
@@ -323,7 +331,9 @@ class Student:
         """
         config, team, results = self.config, self.team, []
         virtual, depth = self._pick_virtual_view(), config.loss.depth_weight > 0
-        rendered = cameras if virtual is None else [*cameras, self.virtual_cameras[virtual]]
+        front = self._pick_front_view(virtual)
+        other = virtual if front is None else front  # the same where there are both
+        rendered = cameras if other is None else [*cameras, self.front_cameras[other]]
         shared = SharedDecode(self.model, rendered)
         photos = [] if self.exposures is None else self.exposures.leaves
         for number, (index, view) in enumerate(views):
@@ -342,14 +352,33 @@ class Student:
             index = len(self.cameras) + virtual
             loss = self._distillation_loss(drawn, index, self.virtual_cameras[virtual])
             SINGLE_PROCESS.accumulate_gradients(shared.leaves, len(cameras) * loss)
+        if front is not None:
+            target = self.teacher_images.front(front, self.front_cameras[front])
+            drawn = shared.render(len(cameras), background=self.background, before=target.z)
+            loss = config.loss.front_weight * front_loss(drawn.alpha, target.coverage)
+            SINGLE_PROCESS.accumulate_gradients(shared.leaves, len(cameras) * loss)
         shared.backward()
         return results
 
     def _pick_virtual_view(self) -> int | None:
         """Return the index of this step's virtual camera, at random; None in steps without one."""
-        if not self.virtual_cameras or self.done % self.config.loss.virtual_view_every:
+        every = self.config.loss.virtual_view_every
+        if not (self._distils and self.virtual_cameras) or self.done % every:
             return None
-        return int(torch.randint(len(self.virtual_cameras), (1,), generator=self.generator))
+        return self._pick(self.virtual_cameras)
+
+    def _pick_front_view(self, virtual: int | None) -> int | None:
+        """Return the index of the camera before which coverages are compared in this step.
+
+        It is that of the virtual view, where there is one. None in steps without one.
+        """
+        if not self._has_front_term or self.done % FRONT_EVERY:
+            return None
+        return self._pick(self.front_cameras) if virtual is None else virtual
+
+    def _pick(self, cameras: list[Camera]) -> int:
+        """Return a random index of `cameras`."""
+        return int(torch.randint(len(cameras), (1,), generator=self.generator))
 
     def _view_loss(
         self, drawn: Rendered, index: int, view: View
@@ -440,3 +469,8 @@ class Student:
         if config.quantization.method == "sq":
             lrs |= dict.fromkeys((*COLUMNS, "lobes"), lr.step_sizes)
         return {name: value * decay for name, value in lrs.items()}
+
+
+def _reduced(camera: Camera) -> Camera:
+    """Return the camera of a smaller image, in which the teacher is a target."""
+    return camera.reduced(max(1, min(DIVISOR, min(camera.width, camera.height) // MIN_SIDE)))
