@@ -148,9 +148,7 @@ def color_distillation_loss(
     return ((image - teacher).abs().sum(2) * mask).sum() / (3 * total(mask)).clamp_min(1)
 
 
-def front_loss(
-    coverage: Float[Tensor, "h w"], target: Float[Tensor, "h w"]
-) -> Float[Tensor, ""]:
+def front_loss(coverage: Float[Tensor, "h w"], target: Float[Tensor, "h w"]) -> Float[Tensor, ""]:
     """Return the mean absolute difference between two coverages before one plane, in [0, 1]."""
     return (coverage - target).abs().mean()
 

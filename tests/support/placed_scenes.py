@@ -1,8 +1,8 @@
 """Sort-free scenes among opaque meshes: the definition of what `MobileGSMesh` draws.
 
-All Gaussians of all scenes are blended together by Eq. 2. A Gaussian contributes to a pixel if its
-centre is nearer than the opaque mesh there. Each scene is moved, turned and scaled in the world;
-its weights are those of the scene as it was trained.
+The Gaussians of a scene are blended together by Eq. 2; several scenes are layers. Of a Gaussian
+counts what lies before the opaque mesh of a pixel. Each scene is moved, turned and scaled in the
+world; its weights are those of the scene as it was trained.
 """
 
 from dataclasses import dataclass, replace
@@ -12,11 +12,19 @@ import torch
 from torch.nn.functional import normalize
 
 from mobilegs.camera import Camera
+from mobilegs.render.layers import Layer
 from mobilegs.render.lobes import evaluate_lobes
-from mobilegs.render.project import Projected, pair_alphas, project
+from mobilegs.render.project import (
+    Projected,
+    jacobian_limits,
+    pair_alphas,
+    project,
+    rotation_matrices,
+)
 from mobilegs.render.scene import Scene
 
 BAND = 8  # rows of a picture that are computed at once
+DEPTH_SPREAD_MIN = 1e-3  # of a Gaussian's depth, so that no edge is harder
 
 
 @dataclass
@@ -43,10 +51,11 @@ class Placed:
 
 
 class Sums(NamedTuple):
-    """Sums of a picture's pixels: colours, nearness (1 / depth), weights, and T."""
+    """Sums of a picture's pixels: colours, proximity (1 / sqrt(depth)), its square, weights; T."""
 
     color: torch.Tensor
-    nearness: torch.Tensor
+    proximity: torch.Tensor
+    square: torch.Tensor
     weight: torch.Tensor
     transmittance: torch.Tensor
 
@@ -57,8 +66,18 @@ class Sums(NamedTuple):
 
     @property
     def depth(self) -> torch.Tensor:
-        """The mean depth, which is that of the mean nearness, `[h, w]`."""
-        return self.weight / self.nearness.clamp_min(1e-12)
+        """The mean depth, which is that of the mean proximity, `[h, w]`."""
+        return (self.weight / self.proximity.clamp_min(1e-12)).square()
+
+    @property
+    def layer(self) -> Layer:
+        """The layer of these sums."""
+        proximity, square = (
+            s / self.weight.clamp_min(1e-12) for s in (self.proximity, self.square)
+        )
+        spread = (square - proximity * proximity).clamp_min(0).sqrt()
+        color = (1 - self.transmittance)[..., None] * self.mean
+        return Layer(color, self.transmittance, proximity, spread)
 
     def over(self, behind: torch.Tensor) -> torch.Tensor:
         """The picture over an image of the opaque meshes, `[h, w, 3]`."""
@@ -70,7 +89,7 @@ class Sums(NamedTuple):
 def sums_of(scenes: list[Placed], camera: Camera, limits: torch.Tensor | float = torch.inf) -> Sums:
     """Return the sums of all Gaussians in front of `limits`, depths of opaque meshes, `[h, w]`."""
     limits = torch.as_tensor(limits).expand(camera.height, camera.width)
-    sums = torch.zeros(camera.height, camera.width, 5)
+    sums = torch.zeros(camera.height, camera.width, 6)
     passed = torch.zeros(camera.height, camera.width, 1)  # as a logarithm
     for placed in scenes:
         scene, view = placed.scene, placed.seen_by(camera)
@@ -84,6 +103,7 @@ def sums_of(scenes: list[Placed], camera: Camera, limits: torch.Tensor | float =
         options = {"camera": view, "alpha_min": alpha_min, "footprint": scene.footprint}
         projected = project(g.means, g.quats, g.scales, opacities, g.sh, **options)
         weights = scene.weighting.weights(projected.depths, g.scales.amax(1), phi)
+        planes = depth_planes(scene, view, projected)
         middle, reach = projected.means2d[:, 1], projected.radii[:, 1] + 1
         for first in range(0, camera.height, BAND):
             band = slice(first, min(first + BAND, camera.height))
@@ -94,13 +114,44 @@ def sums_of(scenes: list[Placed], camera: Camera, limits: torch.Tensor | float =
             size = (band.stop - band.start, camera.width)
             edge = scene.footprint.soft_edge
             alphas = pair_alphas(part, opacities[rows], size, alpha_min, soft_edge=edge)
-            depths = placed.scale * part.depths
-            alphas = torch.where(depths < limits[band].reshape(-1, 1), alphas, 0.0)
-            parts = torch.stack([1 / depths, torch.ones_like(depths)], 1)
+            limit = limits[band].reshape(-1, 1) / placed.scale
+            alphas = alphas * shares_before(limit, part, planes[rows], size)
+            proximity = (placed.scale * part.depths).rsqrt()
+            parts = torch.stack([proximity, proximity**2, torch.ones_like(proximity)], 1)
             added = (alphas * weights[rows]) @ torch.cat([part.colors, parts], 1)
-            sums[band] += added.reshape(*size, 5)
+            sums[band] += added.reshape(*size, 6)
             passed[band] += torch.log1p(-alphas).sum(1).reshape(*size, 1)
-    return Sums(sums[..., :3], sums[..., 3], sums[..., 4], passed.exp()[..., 0])
+    return Sums(sums[..., :3], *sums[..., 3:].unbind(2), passed.exp()[..., 0])
+
+
+def depth_planes(scene: Scene, view: Camera, projected: Projected) -> torch.Tensor:
+    """Return the depth of each Gaussian along the rays of pixels: a normal distribution, `[n, 3]`.
+
+    Its mean is linear in the pixel: the slope along x and y, then the standard deviation.
+    """
+    g, rotation = scene.gaussians, view.viewmat[:3, :3]
+    axes = rotation @ rotation_matrices(g.quats) * g.scales[:, None, :]
+    x, y, z = (g.means @ rotation.T + view.viewmat[:3, 3]).unbind(1)
+    x_low, x_high, y_low, y_high = jacobian_limits(view)
+    u, v = (x / z).clamp(x_low, x_high)[:, None], (y / z).clamp(y_low, y_high)[:, None]
+    row_x = view.K[0, 0] / z[:, None] * (axes[:, 0] - u * axes[:, 2])
+    row_y = view.K[1, 1] / z[:, None] * (axes[:, 1] - v * axes[:, 2])
+    with_x, with_y = (row_x * axes[:, 2]).sum(1), (row_y * axes[:, 2]).sum(1)
+    a, b, c = projected.conics.unbind(1)
+    slope_x, slope_y = a * with_x + b * with_y, b * with_x + c * with_y
+    variance = axes[:, 2].square().sum(1) - slope_x * with_x - slope_y * with_y
+    least = DEPTH_SPREAD_MIN * z
+    return torch.stack([slope_x, slope_y, torch.maximum(variance, least * least).sqrt()], 1)
+
+
+def shares_before(
+    limit: torch.Tensor, part: Projected, planes: torch.Tensor, size: tuple[int, int]
+) -> torch.Tensor:
+    """Return the share of each Gaussian before a depth at each pixel, `[pixels, n]`."""
+    rows, columns = torch.meshgrid(torch.arange(size[0]), torch.arange(size[1]), indexing="ij")
+    pixels = torch.stack([columns, rows], 2).reshape(-1, 1, 2) + 0.5
+    depths = part.depths + ((pixels - part.means2d) * planes[:, :2]).sum(2)
+    return torch.sigmoid(1.702 * (limit - depths) / planes[:, 2])
 
 
 def ball_depths(camera: Camera, center: torch.Tensor, radius: float) -> torch.Tensor:

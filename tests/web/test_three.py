@@ -11,6 +11,7 @@ from mobilegs.camera import Camera
 from mobilegs.evaluate.metrics import psnr
 from mobilegs.formats.ply import write_ply
 from mobilegs.mgs.codec import encode_mgs, read_mgs
+from mobilegs.render.layers import composite
 from mobilegs.render.project import rotation_matrices
 from mobilegs.render.scene import Scene
 from mobilegs.spherical_harmonics import C0
@@ -139,21 +140,25 @@ def test_other_depth_buffers_hide_the_same(kind: str, options: dict, pages: Page
 
 
 @pytest.mark.parametrize("kind", KINDS)
-def test_several_scenes_are_blended_together(kind: str, pages: Pages) -> None:
+@pytest.mark.parametrize(("floats", "sigma", "least"), [(False, 0, 38), (True, None, 45)])
+def test_several_scenes_are_layers(
+    kind: str, floats: bool, sigma: int | None, least: float, pages: Pages
+) -> None:
     page = pages(kind)
-    opened(page, levelSigma=0)
+    opened(page, levelSigma=sigma, variant={"floats": floats, "strips": False})
     other = torch.tensor([[0.0, 0.0, 0.5, 0.6], [0.5, 0.0, 0.0, 0.2], [0.0, 0.5, 0.0, 0.3]])
     matrix = torch.cat([other, torch.tensor([[0.0, 0.0, 0.0, 1.0]])])
     code = """
-    const second = await load(url, { levelSigma: 0, matrixAutoUpdate: false, opacity: 0.8 });
+    const second = await load(url, { levelSigma: sigma, matrixAutoUpdate: false, opacity: 0.8 });
     second.matrix.set(...matrix);
     """
-    given = {"url": "/arrays/trained.mgs", "matrix": matrix.flatten().tolist()}
+    given = {"url": "/arrays/trained.mgs", "matrix": matrix.flatten().tolist(), "sigma": sigma}
     found = page.picture(view(), code, **given)
     both = [Placed(trained(), torch.eye(4)), Placed(trained(), matrix, 0.8)]
-    expected = sums_of(both, view()).over(torch.zeros(3))
+    expected, _ = composite([sums_of([one], view()).layer for one in both])
     assert psnr(expected, alone().over(torch.zeros(3))) < 25
-    alike(found, expected, 45)
+    assert psnr(expected, sums_of(both, view()).over(torch.zeros(3))) < 30
+    alike(found, expected, least)
 
 
 def linear(image: torch.Tensor) -> torch.Tensor:

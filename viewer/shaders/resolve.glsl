@@ -28,7 +28,7 @@ uniform sampler2D weight_sums_1;
 
 // Adds the next coarser target, enlarged twice, at a pixel of one that begins `begin` pixels before the
 // picture. Same formula: enlarge in mobilegs/render/levels.py, enlarged in resolve.wgsl.
-void add_enlarged(ivec2 pixel, int begin, inout vec4 color, inout float weight) {
+void add_enlarged(ivec2 pixel, int begin, inout vec4 color, inout vec4 weights) {
   ivec2 coarse_from = LEVEL == 2 ? ivec2(regions[3].xy) : ivec2(0);
   ivec2 at = pixel - begin;
   ivec2 nearest = (at >> 1) + 1;
@@ -39,8 +39,8 @@ void add_enlarged(ivec2 pixel, int begin, inout vec4 color, inout float weight) 
   vec4 coarse = 0.5625 * texelFetch(coarse_colors, nearest, 0) + 0.1875 * texelFetch(coarse_colors, b, 0) +
       0.1875 * texelFetch(coarse_colors, c, 0) + 0.0625 * texelFetch(coarse_colors, other, 0);
   color = vec4(color.rgb + coarse.rgb, color.a * coarse.a);
-  weight += 0.5625 * texelFetch(coarse_weights, nearest, 0).r + 0.1875 * texelFetch(coarse_weights, b, 0).r +
-      0.1875 * texelFetch(coarse_weights, c, 0).r + 0.0625 * texelFetch(coarse_weights, other, 0).r;
+  weights += 0.5625 * texelFetch(coarse_weights, nearest, 0) + 0.1875 * texelFetch(coarse_weights, b, 0) +
+      0.1875 * texelFetch(coarse_weights, c, 0) + 0.0625 * texelFetch(coarse_weights, other, 0);
 }
 #endif
 
@@ -53,24 +53,25 @@ void main() {
   ivec2 at = ivec2(gl_FragCoord.xy);
   ivec2 from = ivec2(regions[LEVEL].xy);
   color_out = texelFetch(color_sums, from + at, 0);
-  float weight = texelFetch(weight_sums, from + at, 0).r;
-  add_enlarged(at, 1, color_out, weight);
-  weight_out = vec4(weight, 0.0, 0.0, 0.0);
+  weight_out = texelFetch(weight_sums, from + at, 0);
+  add_enlarged(at, 1, color_out, weight_out);
 }
 
 #else
 
-out vec4 color_out;
+layout(location = 0) out vec4 color_out;
 
-vec4 resolved(ivec2 at) {
+// The colour and alpha of a pixel, and its sums of weights.
+vec4 resolved(ivec2 at, out vec4 weights) {
   vec4 sum = texelFetch(color_sums, at, 0);
 #ifdef SORTED
   return vec4(sum.rgb + (1.0 - sum.a) * background.rgb, sum.a);
 #else
-  float weight = texelFetch(weight_sums, at, 0).r;
+  weights = texelFetch(weight_sums, at, 0);
 #ifdef LEVELED
-  add_enlarged(at, 0, sum, weight);
+  add_enlarged(at, 0, sum, weights);
 #endif
+  float weight = weights.r;
   float behind = size.w * weight_scale;
   if (!(weight > 1e-12 * weight_scale)) { return vec4(background.rgb, 1.0 - sum.a); }
   if (weighting == 3) {
@@ -83,13 +84,14 @@ vec4 resolved(ivec2 at) {
 void main() {
   ivec2 at = ivec2(gl_FragCoord.xy);
   at = ivec2(at.x - first_column, abs(last_row - at.y));
+  vec4 weights;
   if (supersampling == 1) {
-    color_out = resolved(at);
+    color_out = resolved(at, weights);
     return;
   }
   vec4 sum = vec4(0.0);
   for (int k = 0; k < supersampling * supersampling; k++) {
-    sum += resolved(at * supersampling + ivec2(k % supersampling, k / supersampling));
+    sum += resolved(at * supersampling + ivec2(k % supersampling, k / supersampling), weights);
   }
   color_out = sum / float(supersampling * supersampling);
 }

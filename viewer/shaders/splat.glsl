@@ -12,6 +12,13 @@ flat out vec4 center;  // z: opacity, w: compensation
 #ifdef LEVELED
 flat out vec4 region;  // first pixel and end of its level's target
 #endif
+#ifdef MOMENTS
+flat out float proximity;
+#endif
+#ifdef MESHES
+flat out vec4 depths;  // at the centre, its slope per pixel, and its standard deviation beside the slope
+flat out int coarseness;  // level
+#endif
 
 void main() {
   gl_Position = vec4(2.0, 2.0, 2.0, 1.0);  // nowhere
@@ -20,6 +27,13 @@ void main() {
   center = vec4(0.0);
 #ifdef LEVELED
   region = vec4(0.0);
+#endif
+#ifdef MOMENTS
+  proximity = 0.0;
+#endif
+#ifdef MESHES
+  depths = vec4(0.0);
+  coarseness = 0;
 #endif
 #ifdef STRIPS
   int i = gl_InstanceID;
@@ -35,10 +49,20 @@ void main() {
   Ellipse e = ellipse_of(shape_of(i));
   float opacity = look.opacity;
   vec2 target = size.xy;
+  float nearest_depth = e.depth;
+#ifdef MOMENTS
+  proximity = PROXIMITY_SCALE * sqrt(min(whole.z / e.depth, 1.0));
+#endif
+#ifdef MESHES
+  depths = depths_of(e);
+  nearest_depth = nearest_of(e);
+#endif
 #ifdef LEVELED
   int level = level_of(e, look.weight / weight_scale);
-#ifdef PARTLY_HIDDEN
+#ifdef MESHES
   if (level > 0 && partly_hidden(e, opacity, level)) { level = 0; }
+  depths.yz *= float(1 << level);
+  coarseness = level;
 #endif
   if (level > 0) {
     Ellipse coarse = to_level(e, level);
@@ -68,7 +92,7 @@ void main() {
   vec2 side = (reach_of(opacity) * sizes + 0.02) *
       (vec2(gl_VertexID & 1, (gl_VertexID >> 1) & 1) * 2.0 - 1.0);
   vec2 at = e.center + side.x * way + side.y * across;
-  gl_Position = vec4(at / target * 2.0 - 1.0, min(whole.z / e.depth, 1.0), 1.0);
+  gl_Position = vec4(at / target * 2.0 - 1.0, min(whole.z / nearest_depth, 1.0), 1.0);
 }
 
 #else
@@ -79,10 +103,17 @@ flat in vec4 center;
 #ifdef LEVELED
 flat in vec4 region;
 #endif
+#ifdef MOMENTS
+flat in float proximity;
+#endif
+#ifdef MESHES
+flat in vec4 depths;
+flat in int coarseness;
+#endif
 
 layout(location = 0) out vec4 color_out;  // sort-free: sum of c a w; a becomes the product of 1 - a
 #ifndef SORTED
-layout(location = 1) out vec4 weight_out;  // sum of a w, and with the nearness
+layout(location = 1) out vec4 weight_out;  // sum of a w; with MOMENTS also times the proximity and its square
 #endif
 
 void main() {
@@ -96,12 +127,23 @@ void main() {
   // not into the target of another level
   if (any(lessThan(gl_FragCoord.xy, region.xy)) || any(greaterThan(gl_FragCoord.xy, region.zw))) { alpha = 0.0; }
 #endif
+#ifdef MESHES
+#ifdef LEVELED
+  alpha *= share_in_front(depths, d, ivec2(gl_FragCoord.xy - region.xy), coarseness);
+#else
+  alpha *= share_in_front(depths, d, ivec2(gl_FragCoord.xy), 0);
+#endif
+#endif
 #ifdef SORTED
   color_out = vec4(color.rgb * alpha, alpha);
 #else
   float weighted = alpha * color.w;
   color_out = vec4(color.rgb * weighted, alpha);
-  weight_out = vec4(weighted, weighted * (2.0 * gl_FragCoord.z - 1.0), 0.0, 0.0);
+#ifdef MOMENTS
+  weight_out = weighted * vec4(1.0, proximity, proximity * proximity, 0.0);
+#else
+  weight_out = vec4(weighted, 0.0, 0.0, 0.0);
+#endif
 #endif
 }
 

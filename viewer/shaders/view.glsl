@@ -33,6 +33,7 @@ layout(std140) uniform View {
 };
 
 const float ALPHA_MAX = 0.99;
+const float PROXIMITY_SCALE = 8.0;  // keeps sums of proximities and of their squares within halves
 const int BATCH = 128;  // quads drawn as one instance, unless STRIPS
 
 // Textures are 4096 wide, as ROW of webgl.js; what does not fit into a row goes on in the next.
@@ -59,6 +60,8 @@ struct Ellipse {
   float covariance;
   float determinant;
   float compensation;  // factor of alpha
+  vec2 depth_covariance;  // of the depth with x and y
+  float depth_variance;
 };
 
 // As project.py defines it; a depth of at most `near` means that there is none.
@@ -78,6 +81,8 @@ Ellipse ellipse_of(Shape shape) {
   float blur = scale_bits.w;
   e.variance = vec2(dot(px, px), dot(py, py)) + blur;
   e.covariance = dot(px, py);
+  e.depth_covariance = vec2(dot(px, depths), dot(py, depths));
+  e.depth_variance = dot(depths, depths);
   // Cauchy-Binet: the determinant as a sum of squares cannot cancel
   vec3 crossed = cross(px, py);
   float before = dot(crossed, crossed);

@@ -20,6 +20,9 @@ import { supersamplingFor } from "../viewer/supersampling.js";
  * @property {number} weightScale
  */
 
+/** Most layers of a picture. */
+export const MOST_LAYERS = 8;
+
 const view = new Matrix4();
 const eye = new Vector3();
 const NONE = /** @type {[number, number, number]} */ ([0, 0, 0]);

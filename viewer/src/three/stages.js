@@ -1,8 +1,9 @@
 /** Finds the meshes of a render call, and draws them together. */
 
 import { parsed } from "../assets.js";
-import { Frustum, Matrix4 } from "three";
+import { Frustum, Matrix4, Vector3 } from "three";
 import { selectVariant } from "../viewer/variant_select.js";
+import { MOST_LAYERS } from "./placed_camera.js";
 import { WebGlStage } from "./webgl_stage.js";
 import { WebGpuStage } from "./webgpu_stage.js";
 
@@ -37,6 +38,7 @@ const stages = new Map();
 let warned = false; // of an orthographic camera
 const frustum = new Frustum();
 const projection = new Matrix4();
+const [eye, middle] = [new Vector3(), new Vector3()];
 
 /** Load the shaders once. */
 export function loadShaders() {
@@ -78,7 +80,7 @@ export function drawMeshes(mesh, renderer, scene, camera) {
   if (!meshes.length) return;
   // without a clear, an earlier render call may have written depths
   const tested = found.others || !renderer.autoClear || !renderer.autoClearDepth;
-  known.stage.draw(meshes, camera, tested);
+  known.stage.draw(layersOf(meshes, camera), camera, tested);
   if (known.measured || meshes[0].variant || !meshes.every(({ complete }) => complete)) return;
   known.measured = true;
   const calibrated = selectVariant(known.stage.api).then(
@@ -148,6 +150,25 @@ function visibleIn(root, camera) {
     else if (mesh.drawable && mesh.material.visible && (!mesh.frustumCulled || mesh.intersectsFrustum(frustum))) meshes.push(mesh);
   });
   return { meshes, others };
+}
+
+/**
+ * The meshes of each layer of a picture: one each; the farthest of many share the last layer, blended as one.
+ *
+ * @param {MobileGSMesh[]} meshes
+ * @param {Camera} camera
+ */
+function layersOf(meshes, camera) {
+  if (meshes.length <= MOST_LAYERS) return meshes.map((mesh) => [mesh]);
+  eye.setFromMatrixPosition(camera.matrixWorld);
+  const distance = (/** @type {MobileGSMesh} */ mesh) => {
+    const { center } = mesh.boundingSphere ?? mesh.computeBoundingSphere();
+    return middle.copy(center).applyMatrix4(mesh.matrixWorld).distanceTo(eye);
+  };
+  const order = meshes.map((mesh) => ({ mesh, at: distance(mesh) })).sort((a, b) => a.at - b.at);
+  const sorted = order.map(({ mesh }) => mesh);
+  const near = sorted.slice(0, MOST_LAYERS - 1).map((mesh) => [mesh]);
+  return [...near, sorted.slice(MOST_LAYERS - 1)];
 }
 
 /** @param {Object3D} object */

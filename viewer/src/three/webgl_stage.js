@@ -1,8 +1,9 @@
 /**
  * Draws all meshes of a scene into the current framebuffer of a WebGLRenderer.
  *
- * The splats of all meshes are added up in the same two textures, which are tested against a copy of the depth of
- * the opaque meshes. Then the sums are drawn over the framebuffer once.
+ * The splats of a layer are added up in two textures; opaque meshes hide them, by a copy of their depth. Then the
+ * sums are drawn over the framebuffer. Of several layers, each is resolved into textures of its own first, and a
+ * pixel composites them by their depths.
  */
 
 import { Vector4 } from "three";
@@ -15,7 +16,8 @@ import { PACKED, Textures, extent } from "../render/webgl_textures.js";
 import { frameOf, meshUniforms, nearestOf } from "./placed_camera.js";
 import { COLOR_UNIT, DEPTH_UNIT, FramebufferCopy } from "./webgl_copy.js";
 import { BLOCKS_UNIT, DepthBlocks, WIDE_BLOCKS_UNIT } from "./webgl_blocks.js";
-import { BLOCKS, NEARNESS, OVER, PARTLY_HIDDEN } from "./webgl_texts.js";
+import { LAYER_UNITS, LayerTextures } from "./webgl_layers.js";
+import { BLOCKS, LAYER, MESHES, NEARNESS, OVER } from "./webgl_texts.js";
 
 /** @typedef {import("three").WebGLRenderer} WebGLRenderer */
 /** @typedef {import("three").Camera} ThreeCamera */
@@ -61,6 +63,7 @@ export class WebGlStage {
   #quads = null;
   #copy;
   #blocks;
+  #layers;
   /** @type {Map<string, WebGLProgram>} */
   #programs = new Map();
   /** @type {Map<MobileGSMesh, Splats>} */
@@ -86,6 +89,7 @@ export class WebGlStage {
     this.#binding = gl.getParameter(gl.MAX_UNIFORM_BUFFER_BINDINGS) - 1;
     this.#copy = new FramebufferCopy(gl);
     this.#blocks = new DepthBlocks(gl);
+    this.#layers = new LayerTextures(gl);
     this.#sums = [gl.createFramebuffer(), gl.createFramebuffer(), gl.createFramebuffer()];
     this.#depth = gl.createRenderbuffer();
     this.#textures = new Textures(gl);
@@ -119,6 +123,7 @@ export class WebGlStage {
     for (const program of this.#programs.values()) gl.deleteProgram(program);
     this.#copy.destroy();
     this.#blocks.destroy();
+    this.#layers.destroy();
     this.#textures.destroy();
     for (const framebuffer of this.#sums) gl.deleteFramebuffer(framebuffer);
     gl.deleteRenderbuffer(this.#depth);
@@ -129,11 +134,11 @@ export class WebGlStage {
   /**
    * Draw meshes, all of which have a scene.
    *
-   * @param {MobileGSMesh[]} meshes
+   * @param {MobileGSMesh[][]} layers the meshes of each
    * @param {ThreeCamera} camera
    * @param {boolean} tested whether the framebuffer may have depths
    */
-  draw(meshes, camera, tested) {
+  draw(layers, camera, tested) {
     const [gl, renderer] = [this.#gl, this.#renderer];
     const target = renderer.getRenderTarget();
     const [face, mip] = [renderer.getActiveCubeFace(), renderer.getActiveMipmapLevel()];
@@ -156,7 +161,7 @@ export class WebGlStage {
     gl.pixelStorei(gl.UNPACK_ALIGNMENT, 4);
     this.#bindQuads();
     try {
-      this.#draw(meshes, camera, { framebuffer, target, reversed, scissored, tested });
+      this.#draw(layers, camera, { framebuffer, target, reversed, scissored, tested });
     } finally {
       convention?.provokingVertexWEBGL(convention.LAST_VERTEX_CONVENTION_WEBGL);
       gl.bindVertexArray(null);
@@ -172,20 +177,22 @@ export class WebGlStage {
   }
 
   /**
-   * @param {MobileGSMesh[]} meshes
+   * @param {MobileGSMesh[][]} layers
    * @param {ThreeCamera} camera
    * @param {State} state
    */
-  #draw(meshes, camera, { framebuffer, target, reversed, scissored, tested }) {
+  #draw(layers, camera, { framebuffer, target, reversed, scissored, tested }) {
     const gl = this.#gl;
     const { x, y, z: width, w: height } = viewport;
+    const meshes = layers.flat();
     const { strips, ...wanted } = meshes[0].variant ?? this.variant;
     const floats = wanted.floats && blendsFloats(gl);
     const most = gl.getParameter(gl.MAX_TEXTURE_SIZE);
     const { frame, fine, sigmas, leveled } = frameOf(meshes, camera, { width, height, upward: true }, floats, most);
     const keeps = meshes.some((mesh) => mesh.material.depthWrite);
-    const size = this.#resize(fine.width, fine.height, leveled, floats, keeps);
-    const all = meshes.map((mesh, i) => this.#uploaded(mesh, frame, sigmas[i]));
+    const several = layers.length > 1;
+    const size = this.#resize(fine.width, fine.height, leveled, floats, several ? 3 : keeps ? 2 : 1);
+    const all = new Map(meshes.map((mesh, i) => [mesh, this.#uploaded(mesh, frame, sigmas[i])]));
 
     const opaque = /** @type {any} */ (target)?.isXRRenderTarget === true;
     const area = [x, y, x + width, y + height];
@@ -194,9 +201,10 @@ export class WebGlStage {
     tested &&= this.#copy.depth(framebuffer, area, opaque);
     if (linear) this.#copy.color(framebuffer, area, opaque);
     const kind = { strips, leveled };
+    if (several) this.#layers.resize(width, height, layers.length);
 
     gl.useProgram(this.#program("project", kind));
-    all.forEach((splats) => this.#project(splats));
+    for (const splats of all.values()) this.#project(splats);
 
     const toNearness = this.#toNearness(camera, reversed);
     /** @param {WebGLProgram} program */
@@ -215,26 +223,38 @@ export class WebGlStage {
       gl.drawBuffers([gl.NONE, gl.NONE]);
       use(this.#program("nearness", kind));
       gl.drawArrays(gl.TRIANGLES, 0, 3);
+    }
+    const splat = this.#program("splat", kind, [...(tested ? ["MESHES"] : []), ...(several || keeps ? ["MOMENTS"] : [])]);
+    layers.forEach((layer, i) => {
+      gl.bindFramebuffer(gl.FRAMEBUFFER, this.#sums[0]);
+      gl.viewport(0, 0, size[0], size[1]);
+      if (tested) gl.enable(gl.DEPTH_TEST);
       gl.depthMask(false);
       gl.depthFunc(gl.GREATER);
-    }
-    gl.drawBuffers([gl.COLOR_ATTACHMENT0, gl.COLOR_ATTACHMENT1]);
-    gl.clearBufferfv(gl.COLOR, 0, [0, 0, 0, 1]); // nothing is covered yet
-    gl.clearBufferfv(gl.COLOR, 1, [0, 0, 0, 0]);
-    gl.enable(gl.BLEND);
-    gl.blendFuncSeparate(gl.ONE, gl.ONE, gl.ZERO, gl.ONE_MINUS_SRC_ALPHA);
-    gl.useProgram(this.#program("splat", kind, tested && leveled ? ["PARTLY_HIDDEN"] : []));
-    for (const splats of all) {
-      this.#bind(splats);
-      const { count } = splats.data;
-      if (strips) gl.drawArraysInstanced(gl.TRIANGLE_STRIP, 0, 4, count);
-      else gl.drawElementsInstanced(gl.TRIANGLES, 6 * BATCH, gl.UNSIGNED_SHORT, 0, Math.ceil(count / BATCH));
-    }
-    gl.disable(gl.DEPTH_TEST);
-    gl.disable(gl.BLEND);
+      gl.drawBuffers([gl.COLOR_ATTACHMENT0, gl.COLOR_ATTACHMENT1]);
+      gl.clearBufferfv(gl.COLOR, 0, [0, 0, 0, 1]); // nothing is covered yet
+      gl.clearBufferfv(gl.COLOR, 1, [0, 0, 0, 0]);
+      gl.enable(gl.BLEND);
+      gl.blendFuncSeparate(gl.ONE, gl.ONE, gl.ZERO, gl.ONE_MINUS_SRC_ALPHA);
+      use(splat);
+      for (const mesh of layer) {
+        const splats = /** @type {Splats} */ (all.get(mesh));
+        this.#bind(splats);
+        const { count } = splats.data;
+        if (strips) gl.drawArraysInstanced(gl.TRIANGLE_STRIP, 0, 4, count);
+        else gl.drawElementsInstanced(gl.TRIANGLES, 6 * BATCH, gl.UNSIGNED_SHORT, 0, Math.ceil(count / BATCH));
+      }
+      gl.disable(gl.DEPTH_TEST);
+      gl.disable(gl.BLEND);
+      this.#textures.bind();
+      if (leveled) this.#enlarge(kind, fine);
+      if (!several) return;
+      this.#layers.attach(i);
+      gl.viewport(0, 0, width, height);
+      gl.useProgram(this.#program("layer", kind));
+      gl.drawArrays(gl.TRIANGLES, 0, 3);
+    });
 
-    this.#textures.bind();
-    if (leveled) this.#enlarge(kind, fine);
     gl.bindFramebuffer(gl.FRAMEBUFFER, framebuffer);
     gl.viewport(x, y, width, height);
     if (scissored) gl.enable(gl.SCISSOR_TEST);
@@ -242,8 +262,15 @@ export class WebGlStage {
     gl.enable(gl.BLEND);
     gl.blendFunc(gl.ONE, gl.ONE_MINUS_SRC_ALPHA);
     const edges = tested && gl.getParameter(gl.SAMPLES) > 1;
-    const over = this.#program("over", kind, [...(linear ? ["LINEAR"] : []), ...(edges ? ["EDGES"] : [])]);
-    use(over);
+    if (several) this.#layers.bind();
+    const words = several ? ["LAYERS"] : [];
+    /** @param {WebGLProgram} program */
+    const useOver = (program) => {
+      use(program);
+      gl.uniform1i(gl.getUniformLocation(program, "layers"), layers.length);
+    };
+    const over = this.#program("over", kind, [...words, ...(linear ? ["LINEAR"] : []), ...(edges ? ["EDGES"] : [])]);
+    useOver(over);
     if (edges) {
       gl.enable(gl.DEPTH_TEST);
       gl.depthMask(false);
@@ -259,7 +286,7 @@ export class WebGlStage {
     gl.depthFunc(gl.ALWAYS);
     gl.depthMask(true);
     gl.colorMask(false, false, false, false);
-    use(this.#program("over", kind, ["DEPTH"]));
+    useOver(this.#program("over", kind, [...words, "DEPTH"]));
     gl.drawArrays(gl.TRIANGLES, 0, 3);
   }
 
@@ -365,7 +392,7 @@ export class WebGlStage {
   /**
    * A program, made at its first use.
    *
-   * @param {"project" | "splat" | "enlarge" | "nearness" | "blocks" | "over"} name
+   * @param {"project" | "splat" | "enlarge" | "layer" | "nearness" | "blocks" | "over"} name
    * @param {{strips: boolean, leveled: boolean}} kind
    * @param {string[]} [words] to define
    */
@@ -376,17 +403,22 @@ export class WebGlStage {
     const gl = this.#gl;
     const { view, packed, project, splat, whole, resolve } = this.#shaders;
     const defined = words.map((word) => `#define ${word}\n`).join("");
+    const meshes = words.includes("MESHES") ? MESHES : "";
+    const resolved = `#define main resolve_main\n${resolve}\n#undef main\n`;
     const [vertex, fragment] = {
       project: [whole, `${packed}${project}`],
-      splat: [`${packed}${words.length ? PARTLY_HIDDEN : ""}${splat}`, splat],
+      splat: [`${defined}${packed}${meshes}${splat}`, `${defined}${meshes}${splat}`],
       enlarge: [whole, `${defined}${resolve}`],
+      layer: [whole, `${resolved}${LAYER}`],
       nearness: [whole, NEARNESS],
       blocks: [whole, `${defined}${BLOCKS}`],
-      over: [whole, `${defined}#define main resolve_main\n${resolve}\n#undef main\n${OVER}`],
+      over: [whole, `${defined}${resolved}${OVER}`],
     }[name];
     const program = maker(gl, view, { sorted: false, packed: true, strips, leveled })(vertex, fragment);
     gl.uniformBlockBinding(program, gl.getUniformBlockIndex(program, "View"), this.#binding);
-    const units = { scene_depth: DEPTH_UNIT, picture: COLOR_UNIT, blocks: BLOCKS_UNIT, wide_blocks: WIDE_BLOCKS_UNIT };
+    const [layer_colors, layer_proximities] = LAYER_UNITS;
+    const copies = { scene_depth: DEPTH_UNIT, picture: COLOR_UNIT };
+    const units = { ...copies, blocks: BLOCKS_UNIT, wide_blocks: WIDE_BLOCKS_UNIT, layer_colors, layer_proximities };
     for (const [sampler, unit] of Object.entries(units)) gl.uniform1i(gl.getUniformLocation(program, sampler), unit);
     this.#programs.set(key, program);
     return program;
@@ -399,15 +431,16 @@ export class WebGlStage {
    * @param {number} height
    * @param {boolean} leveled
    * @param {boolean} floats
-   * @param {boolean} keeps whether the nearness is added up as well
+   * @param {number} moments of the proximity that are added up: 1 is the weight alone
    */
-  #resize(width, height, leveled, floats, keeps) {
+  #resize(width, height, leveled, floats, moments) {
     const size = leveled ? levelPlaces(width, height).size : [width, height];
-    const key = `${width} ${height} ${leveled} ${floats} ${keeps}`;
+    const key = `${width} ${height} ${leveled} ${floats} ${moments}`;
     if (key === this.#key) return size;
     const gl = this.#gl;
-    const weights = floats ? [gl.R32F, gl.RG32F] : [gl.R16F, gl.RG16F];
-    const formats = [floats ? gl.RGBA32F : gl.RGBA16F, weights[Number(keeps)]];
+    const colors = floats ? gl.RGBA32F : gl.RGBA16F;
+    const weights = floats ? [gl.R32F, gl.RG32F, colors] : [gl.R16F, gl.RG16F, colors];
+    const formats = [colors, weights[moments - 1]];
     const sizes = levelSizes(width, height);
     for (let level = 0; level < (leveled ? LEVELS - 1 : 1); level++) {
       const suffix = level ? `_${level}` : "";

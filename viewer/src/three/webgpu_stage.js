@@ -125,11 +125,12 @@ export class WebGpuStage {
   /**
    * Draw meshes, all of which have a scene.
    *
-   * @param {MobileGSMesh[]} meshes
+   * @param {MobileGSMesh[][]} layers the meshes of each
    * @param {ThreeCamera} camera
    * @param {boolean} tested whether the framebuffer may have depths
    */
-  draw(meshes, camera, tested) {
+  draw(layers, camera, tested) {
+    const meshes = layers.flat();
     const backend = this.#backend;
     const context = this.#renderer._currentRenderContext;
     const data = backend.get(context);
