@@ -9,6 +9,7 @@ are in viewer/src/three/webgl_texts.js and webgpu_texts.js.
 
 from collections.abc import Sequence
 from dataclasses import replace
+from itertools import pairwise
 from typing import NamedTuple
 
 import torch
@@ -91,7 +92,7 @@ def composite(layers: Sequence[Layer]) -> tuple[Float[Tensor, "h w 3"], Float[Te
     extents = (near - far).clamp_min(1e-12)
     edges = torch.cat([near, far]).sort(0, descending=True).values
     image, left = torch.zeros_like(layers[0].color), torch.ones_like(layers[0].transmittance)
-    for top, bottom in zip(edges[:-1], edges[1:], strict=True):
+    for top, bottom in pairwise(edges):
         overlap = (torch.minimum(top, near) - torch.maximum(bottom, far)).clamp_min(0)
         parts = depths * overlap / extents
         total = parts.sum(0)

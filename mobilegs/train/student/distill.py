@@ -12,7 +12,6 @@ from mobilegs.render import Rendered
 from mobilegs.render.scene import Scene
 from mobilegs.representation.float16 import FLOAT16_MAX
 
-
 SOLID = 0.9  # the teacher's coverage from which a pixel shows a surface
 PLANE_BEFORE = 0.1  # a plane lies at most this share of its depth before a surface
 
