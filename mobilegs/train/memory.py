@@ -16,7 +16,8 @@ BYTES_PER_PIXEL = 200  # of a step
 BYTES_PER_SPLAT = 2200  # of a Gaussian, its gradients and moments
 # Ratio of a cache's memory to its content: in an hour on bonsai, it was fragmented.
 CACHE_RATIO = 1.5
-PHOTO_BYTES, TARGET_BYTES = 3, 8  # per pixel of a cached photo, of a cached image of the teacher
+# per pixel of a cached photo, and of the teacher's cached image and coverage
+PHOTO_BYTES, TARGET_BYTES = 3, 9
 CGROUP = Path("/sys/fs/cgroup")  # limits of a container under Linux
 
 # Parameters of glibc's mallopt: its malloc.h.

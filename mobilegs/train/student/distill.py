@@ -14,6 +14,7 @@ from mobilegs.representation.float16 import FLOAT16_MAX
 
 SOLID = 0.9  # the teacher's coverage from which a pixel shows a surface
 PLANE_BEFORE = 0.1  # a plane lies at most this share of its depth before a surface
+SEED_STEP = 1_000_003  # between the seeds of two runs: generators take 32 bits
 
 
 class TeacherImage(NamedTuple):
@@ -101,7 +102,7 @@ class TeacherImages:
         depths = drawn.depth[solid] / drawn.alpha[solid]
         if not len(depths):
             return 0.0
-        generator = torch.Generator().manual_seed((self.seed << 32) + index)
+        generator = torch.Generator().manual_seed(self.seed * SEED_STEP + index)
         pixel, share = torch.rand(2, generator=generator, dtype=torch.float64).tolist()
         return float(depths[int(pixel * len(depths))]) * (1 - PLANE_BEFORE * share)
 

@@ -58,7 +58,8 @@ class SharedDecode:
     ) -> Rendered:
         """Render the view of camera `number`, differentiable down to the leaves.
 
-        With `before`, only the Gaussians whose camera-space z is below it are rendered. `radii` of the result are those of the rendered Gaussians, not of all.
+        With `before`, only the Gaussians whose camera-space z is below it are rendered. `radii`
+        of the result are those of the rendered Gaussians, not of all.
         """
         rows, camera = self.rows[number], self.cameras[number]
         if before is not None:

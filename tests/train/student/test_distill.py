@@ -2,6 +2,7 @@
 
 import torch
 
+from mobilegs.evaluate.front import front_coverage
 from mobilegs.render.scene import Scene
 from mobilegs.train.student.distill import TeacherImages
 from tests.support.tiny import blobs, cameras
@@ -38,3 +39,28 @@ def test_a_release_depth_is_the_sum_with_the_background() -> None:
         found = TeacherImages(scene, cache_bytes=0, release_depths=True).get(0, camera)
         expected = rendered.depth + level * (1 - rendered.alpha)
         torch.testing.assert_close(found.depth, expected, rtol=1e-3, atol=0)
+
+
+def test_coverages_lie_before_a_plane_of_their_view() -> None:
+    kept, drawn, other = (
+        TeacherImages(Scene(blobs()), cache_bytes=size, seed=seed)
+        for size, seed in ((1 << 20, 1), (0, 1), (0, 2))
+    )
+    planes = set()
+    for index, camera in enumerate(cameras()):
+        first, again = kept.front(index, camera), kept.front(index, camera)
+        for found in (again, drawn.front(index, camera)):
+            assert found.z == first.z and torch.equal(found.coverage, first.coverage)
+        expected = front_coverage(Scene(blobs()), camera, first.z)
+        torch.testing.assert_close(first.coverage, expected, rtol=0, atol=0.5 / 255 + 1e-6)
+        depths = camera.depths(blobs().means)
+        assert depths.min() < first.z < depths.max()
+        planes |= {first.z, other.front(index, camera).z}
+    assert len(planes) == 2 * len(cameras())
+    assert drawn.free_bytes == 0 and kept.free_bytes == (1 << 20) - len(cameras()) * 24 * 24
+
+
+def test_a_view_without_surfaces_has_no_plane() -> None:
+    empty = Scene(blobs().select(torch.zeros(50, dtype=torch.bool)))
+    found = TeacherImages(empty, cache_bytes=0).front(0, cameras()[0])
+    assert found.z == 0 and not found.coverage.any()

@@ -7,6 +7,7 @@ import torch
 
 from mobilegs.data.dataset import Dataset, View, load_view
 from mobilegs.errors import InputError
+from mobilegs.evaluate.front import front_coverage
 from mobilegs.render.lobes import evaluate_lobes
 from mobilegs.render.scene import Scene
 from mobilegs.representation.codebooks import CUTS
@@ -77,6 +78,32 @@ def test_gradients_of_a_step_are_the_sum_over_its_views(
             assert distance < 1e-5, f"{name} in {student.phase}: {distance:.1e}"
 
 
+@pytest.mark.parametrize("every", [0, 2])  # virtual views
+def test_the_coverage_before_a_plane_moves_what_is_before_it(
+    every: int, dataset: Dataset, make_student
+) -> None:
+    found, students = [], []
+    for weight in (0.0, 1.0):
+        loss = {"front_weight": weight, "virtual_view_every": every, "distill_weight": 0.0}
+        student = make_student(changed(STUDENT, loss=loss | {"depth_weight": 0.0}))
+        views = [(0, load_view(dataset.train[0]))]
+        student.model.rows.tensors["logit_opacities"].data -= 3  # fainter than the teacher
+        found.append(gradients(student, views)["logit_opacities"])
+        students.append(student)
+    student = students[1]
+    student.generator.manual_seed(0)
+    index = student._pick_front_view(None)
+    assert index is not None
+    camera = student.front_cameras[index]
+    z = student.teacher_images.front(index, camera).z
+    before = camera.depths(blobs().means) < z
+    changes = found[1] - found[0]
+    assert 0 < before.sum() < 50
+    assert (changes[~before] == 0).all()
+    assert (changes[before] < 0).sum() > 0.5 * before.sum()  # more opacity, as the teacher has
+    assert not students[0]._has_front_term
+
+
 def gradients(student: Student, views: list[tuple[int, View]]) -> dict[str, torch.Tensor]:
     """Return the gradients of a step on these views, by name."""
     student.generator.manual_seed(0)
@@ -89,7 +116,7 @@ def gradients(student: Student, views: list[tuple[int, View]]) -> dict[str, torc
 
 
 def test_a_shared_decode_renders_each_camera_as_a_decode_for_it(make_student) -> None:
-    student = make_student()
+    student = make_student(changed(STUDENT, level_sigma=0.0))
     near = [replace(camera, near=2.9 + 0.1 * i) for i, camera in enumerate(cameras())]
     shared = SharedDecode(student.model, near)
     assert shared.rows[0] is not None
@@ -98,6 +125,10 @@ def test_a_shared_decode_renders_each_camera_as_a_decode_for_it(make_student) ->
         options = {"background": student.background}
         together, alone = shared.render(number, **options), SharedDecode(student.model, [camera])
         assert torch.equal(together.image, alone.render(0, **options).image)
+        z = camera.near + 0.2
+        cut = front_coverage(student.scene(), camera, z)
+        assert 0 < cut.mean() < together.alpha.mean()
+        torch.testing.assert_close(shared.render(number, before=z, **options).alpha, cut)
 
 
 def test_votes_remove_faint_and_small_gaussians(dataset: Dataset, make_student) -> None:
