@@ -14,7 +14,6 @@ from mobilegs.representation.float16 import FLOAT16_MAX
 
 SOLID = 0.9  # the teacher's coverage from which a pixel shows a surface
 PLANE_BEFORE = 0.1  # a plane lies at most this share of its depth before a surface
-SEED_STEP = 1_000_003  # between the seeds of two runs: generators take 32 bits
 
 
 class TeacherImage(NamedTuple):
@@ -50,14 +49,9 @@ class TeacherImages:
     depend on the limit.
     """
 
-    def __init__(
-        self, teacher: Scene, *, cache_bytes: int, release_depths: bool = False, seed: int = 0
-    ) -> None:
-        """Cache at most `cache_bytes`; `release_depths` takes depths from `release_depth`.
-
-        `seed` decides where the planes lie.
-        """
-        self.teacher, self.release_depths, self.seed = teacher, release_depths, seed
+    def __init__(self, teacher: Scene, *, cache_bytes: int, release_depths: bool = False) -> None:
+        """Cache at most `cache_bytes`; `release_depths` takes depths from `release_depth`."""
+        self.teacher, self.release_depths = teacher, release_depths
         self.free_bytes = cache_bytes
         self._cached: dict[int, Float16[Tensor, "h w 4"]] = {}
         self._fronts: dict[int, tuple[float, UInt8[Tensor, "h w"]]] = {}
@@ -102,7 +96,7 @@ class TeacherImages:
         depths = drawn.depth[solid] / drawn.alpha[solid]
         if not len(depths):
             return 0.0
-        generator = torch.Generator().manual_seed(self.seed * SEED_STEP + index)
+        generator = torch.Generator().manual_seed(index)
         pixel, share = torch.rand(2, generator=generator, dtype=torch.float64).tolist()
         return float(depths[int(pixel * len(depths))]) * (1 - PLANE_BEFORE * share)
 

@@ -115,7 +115,6 @@ class Student:
             teacher,
             cache_bytes=config.cache_mib << 20,
             release_depths=not config.loss.mask_depth,
-            seed=seed,
         )
         self.cameras = [camera.to(device) for camera in cameras]
         self.exposures = exposures
