@@ -87,7 +87,10 @@ def read_plain_with_cameras(
     """
     path = plain_scene_at(path)
     if path.suffix.lower() == ".mgs":
-        raise InputError(f"{path} is a .mgs: a plain 3DGS scene is needed, like a .ply")
+        raise InputError(
+            f"{path} is a .mgs: a plain 3DGS scene is needed, like a .ply; "
+            f"`mobilegs export {path} --to ply` makes one of it"
+        )
     scene, cameras = _open_plain(path, device)
     if not len(scene.gaussians):
         raise InputError(f"{path} has no Gaussians: there is nothing to learn from")
