@@ -131,6 +131,7 @@ def row_of(name: str, cells: list[dict], base: list[dict] | None) -> list[str]:
         signed(PAPER_DELTAS.get(name)),
         number([cell["ssim"] for cell in cells], 4),
         number([cell.get("lpips_vgg") for cell in cells], 3),
+        number([cell.get("front") for cell in cells], 3),
         number([cell["bytes"] / 2**20 for cell in cells], 2),
         number([cell["gaussians"] / 1000 for cell in cells], 1),
         number([cell["frame_ms"] for cell in cells], 1),
@@ -160,6 +161,7 @@ def mean_row(name: str, cells: list[dict], base: list[dict] | None) -> list[str]
         signed(PAPER_DELTAS.get(name)),
         over(4, "ssim"),
         over(3, "lpips_vgg"),
+        over(3, "front"),
         over(2, "bytes", 2**-20),
         over(1, "gaussians", 1e-3),
         over(1, "frame_ms"),
@@ -168,7 +170,7 @@ def mean_row(name: str, cells: list[dict], base: list[dict] | None) -> list[str]
 
 
 FIGURES = ["PSNR", "against the base", "paper, mean of Mip-NeRF 360", "SSIM", "LPIPS"]
-FIGURES += ["MiB", "k Gaussians", "ms per frame", "min"]
+FIGURES += ["light lost before surfaces", "MiB", "k Gaussians", "ms per frame", "min"]
 HEADINGS = ["row", "what", *FIGURES]
 OF_SEVERAL = ["row", "what", "scenes", *FIGURES]
 

@@ -32,8 +32,8 @@ const worldSphere = new Sphere();
  *     scene.add(mesh);
  *     await mesh.loaded;
  *
- * All meshes of a scene are blended together, in no order. Opaque meshes hide what is behind them. With
- * `mesh.material.depthWrite = true` the mesh writes its own depth, for transparent meshes and for effects.
+ * Several meshes hide each other by their depths, pixel by pixel, and opaque meshes of three.js hide what is behind
+ * them. With `mesh.material.depthWrite = true` the mesh writes its own depth, for transparent meshes and for effects.
  *
  * @extends {Mesh<BufferGeometry, MeshBasicMaterial>}
  */
