@@ -49,6 +49,7 @@ struct Look {
 }
 
 const ALPHA_MAX = 0.99;
+const PROXIMITY_SCALE = 8.0;  // keeps sums of proximities and of their squares within halves
 const BATCH = 128u;  // quads of an instance, and Gaussians of a work group
 const WEIGHT_UNIT = 10.0;
 const LEVEL_SHIFT = 30u;  // of the level in an entry of the list of visible Gaussians
@@ -61,6 +62,8 @@ struct Ellipse {
   covariance: f32,
   determinant: f32,
   compensation: f32,  // factor of alpha
+  depth_covariance: vec2f,  // of the depth with x and y
+  depth_variance: f32,
 }
 
 // The ellipse of a Gaussian in the image (3DGS, Eq. 5); the depth is at most `near` if there is none. Same
@@ -80,6 +83,8 @@ fn ellipse_of(shape: Shape) -> Ellipse {
   out.center = view.focal * t + view.center;
   out.variance = vec2f(dot(px, px), dot(py, py)) + view.blur;
   out.covariance = dot(px, py);
+  out.depth_covariance = vec2f(dot(px, depths), dot(py, depths));
+  out.depth_variance = dot(depths, depths);
   // Cauchy-Binet: the determinant as a sum of squares cannot cancel
   let crossed = cross(px, py);
   let before = dot(crossed, crossed);

@@ -348,8 +348,9 @@ export class WebGpuRenderer {
     this.#project(encoder, scene.count, this.#uploaded);
     this.#splat(encoder, scene.count, this.#uploaded, sums[0], leveled);
     if (leveled) {
-      this.#fill(encoder, this.#program.enlarge(2, floats), [...sums[0], ...sums[0]], sums[2], true, false);
-      this.#fill(encoder, this.#program.enlarge(1, floats), [...sums[0], ...sums[2]], sums[1], false, false);
+      const formats = sumFormats(false, floats);
+      this.#fill(encoder, this.#program.enlarge(2, formats), [...sums[0], ...sums[0]], sums[2], true, false);
+      this.#fill(encoder, this.#program.enlarge(1, formats), [...sums[0], ...sums[2]], sums[1], false, false);
     }
     const read = sums.slice(0, 2).flat();
     this.#fill(encoder, this.#program.resolve(scene.sorted, format, leveled), read, [target], !leveled, true);

@@ -127,9 +127,9 @@ export class Program {
     });
   }
 
-  /** The pipeline that adds the coarser levels to level 1 or 2. @param {number} level @param {boolean} floats */
-  enlarge(level, floats) {
-    return this.#whole("add_enlarged", sumFormats(false, floats), { LEVEL: level });
+  /** The pipeline that adds the coarser levels to level 1 or 2. @param {number} level @param {GPUTextureFormat[]} formats of the sums */
+  enlarge(level, formats) {
+    return this.whole("resolve", "add_enlarged", formats, { LEVEL: level });
   }
 
   /**
@@ -138,7 +138,8 @@ export class Program {
    * @param {boolean} levels whether the sums of `enlarge` are added
    */
   resolve(sorted, format, levels) {
-    return this.#whole(sorted ? "resolve_sorted" : levels ? "resolve_levels" : "resolve_sortfree", [format]);
+    const entryPoint = sorted ? "resolve_sorted" : levels ? "resolve_levels" : "resolve_sortfree";
+    return this.whole("resolve", entryPoint, [format]);
   }
 
   /** @param {GPUTextureFormat} format of the target */
@@ -158,13 +159,14 @@ export class Program {
   /**
    * A pipeline that computes every pixel of textures.
    *
-   * @param {string} entryPoint of resolve.wgsl
+   * @param {string} name of the shader
+   * @param {string} entryPoint
    * @param {GPUTextureFormat[]} formats
    * @param {Record<string, number>} [constants]
    */
-  #whole(entryPoint, formats, constants = {}) {
-    return this.cached([entryPoint, ...formats, ...Object.values(constants)].join(" "), () => {
-      const module = this.module("resolve", null);
+  whole(name, entryPoint, formats, constants = {}) {
+    return this.cached([name, entryPoint, ...formats, ...Object.values(constants)].join(" "), () => {
+      const module = this.module(name, null);
       const targets = formats.map((format) => ({ format }));
       return this.device.createRenderPipeline({
         layout: "auto",

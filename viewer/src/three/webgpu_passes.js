@@ -1,7 +1,7 @@
 /** The pipelines of three.js' meshes in WebGPU. */
 
-import { OVER, Program, SUMS } from "../render/webgpu_program.js";
-import { NEARNESS, PROJECT, nearnessAt, over } from "./webgpu_texts.js";
+import { OVER as OVER_STATE, Program, SUMS } from "../render/webgpu_program.js";
+import { COMPOSITE, NEARNESS, OVER, PROJECT, SPLAT, nearnessAt, sums } from "./webgpu_texts.js";
 
 /** @typedef {import("../render/types.js").Variant} Variant */
 /** @typedef {import("../render/webgpu_program.js").Kind} Kind */
@@ -14,13 +14,16 @@ import { NEARNESS, PROJECT, nearnessAt, over } from "./webgpu_texts.js";
  * @property {number} samples of a pixel
  * @property {boolean} reversed whether larger depths are nearer
  */
-/** @typedef {{floats: boolean, keeps: boolean}} Kept precision of the sums, and whether the nearness is added up as well */
-/** @typedef {"over" | "samples" | "behind edges" | "depth"} Way to draw the sums */
+/** @typedef {{floats: boolean, moments: number}} Kept precision of the sums, and moments of the proximity that are added up: 1 is the weight alone */
+/** @typedef {"sums" | "levels" | "layers"} Picture what its pixels are made of */
+/** @typedef {"over" | "samples" | "behind edges" | "depth"} Way to draw the picture */
 
 /** Format of the depth of the sums. */
 export const SUMS_DEPTH = "depth32float";
 /** Format of the blocks. */
 export const BLOCKS_FORMAT = "rg16float";
+/** Formats of the layers: colours; mean proximity and its standard deviation. @type {GPUTextureFormat[]} */
+export const LAYER_FORMATS = ["rgba16float", "rg16float"];
 const PACKED = { packed: true };
 
 /** Pipelines of a device, and of the number of samples of the depth that they read. */
@@ -36,16 +39,18 @@ export class MeshProgram extends Program {
       ...shaders,
       project: `${shaders.project}${PROJECT}`,
       nearness: `${depth}${NEARNESS}`,
-      over: `${shaders.resolve}${over(false)}`,
-      over_levels: `${shaders.resolve}${over(true)}`,
+      splat: `${shaders.splat}${depth}${SPLAT}`,
+      sums: `${shaders.resolve}${sums(false)}${OVER}`,
+      levels: `${shaders.resolve}${sums(true)}${OVER}`,
+      layers: `${shaders.resolve}${COMPOSITE}${OVER}`,
     });
   }
 
   /** Formats of the sums. @param {Kept} kept @returns {GPUTextureFormat[]} */
-  static sums({ floats, keeps }) {
-    return floats
-      ? ["rgba32float", keeps ? "rg32float" : "r32float"]
-      : ["rgba16float", keeps ? "rg16float" : "r16float"];
+  static sums({ floats, moments }) {
+    /** @type {GPUTextureFormat[]} */
+    const weights = floats ? ["r32float", "rg32float", "rgba32float"] : ["r16float", "rg16float", "rgba16float"];
+    return [floats ? "rgba32float" : "rgba16float", weights[moments - 1]];
   }
 
   /** Lists the visible Gaussians. @param {Variant} variant @param {boolean} tested whether they choose levels by the depth */
@@ -55,27 +60,21 @@ export class MeshProgram extends Program {
 
   /** Blocks of 8 x 8 or 64 x 64 pixels. @param {number} level 0 or 1 */
   blocks(level) {
-    return this.cached(`blocks ${level}`, () => {
-      const module = this.module("nearness", null);
-      return this.device.createRenderPipeline({
-        layout: "auto",
-        vertex: { module, entryPoint: "whole_target" },
-        fragment: {
-          module,
-          entryPoint: level ? "range_of_blocks" : "range_of_pixels",
-          targets: [{ format: BLOCKS_FORMAT }],
-        },
-      });
-    });
+    return this.whole("nearness", level ? "range_of_blocks" : "range_of_pixels", [BLOCKS_FORMAT]);
+  }
+
+  /** A scene as a layer of the picture. @param {boolean} leveled */
+  layer(leveled) {
+    return this.whole(leveled ? "levels" : "sums", "layer_of", LAYER_FORMATS);
   }
 
   /** The nearness of opaque meshes, in the pass of the sums. @param {Kept} kept */
   nearness(kept) {
-    return this.cached(`nearness ${kept.floats} ${kept.keeps}`, () => {
+    return this.cached(`nearness ${kept.floats} ${kept.moments}`, () => {
       const module = this.module("nearness", null);
       return this.device.createRenderPipeline({
         layout: "auto",
-        vertex: { module, entryPoint: "whole_target" },
+        vertex: { module, entryPoint: "whole_picture" },
         fragment: {
           module,
           entryPoint: "nearness_of_levels",
@@ -94,20 +93,19 @@ export class MeshProgram extends Program {
    * @param {boolean} tested whether opaque meshes hide them
    */
   add(kept, leveled, tested) {
-    const { floats, strips, keeps } = kept;
-    return this.cached(`add ${strips} ${floats} ${keeps} ${leveled} ${tested}`, () => {
+    const { floats, strips, moments } = kept;
+    return this.cached(`add ${strips} ${floats} ${moments} ${leveled} ${tested}`, () => {
       const module = this.module("splat", PACKED);
+      const plain = leveled ? ["corner_of_level", "add_to_level"] : ["corner_sortfree", "add_weighted"];
+      const placed = ["placed_corner", tested ? "add_before_meshes" : "add_moments"];
+      const [vertex, fragment] = tested || moments > 1 ? placed : plain;
       return this.device.createRenderPipeline({
         layout: "auto",
-        vertex: {
-          module,
-          entryPoint: leveled ? "corner_of_level" : "corner_sortfree",
-          constants: { STRIPS: Number(strips) },
-        },
+        vertex: { module, entryPoint: vertex, constants: { STRIPS: Number(strips), LEVELED: Number(leveled) } },
         primitive: { topology: strips ? "triangle-strip" : "triangle-list" },
         fragment: {
           module,
-          entryPoint: leveled ? "add_to_level" : "add_weighted",
+          entryPoint: fragment,
           targets: MeshProgram.sums(kept).map((format) => ({ format, blend: SUMS })),
         },
         depthStencil: tested ? { format: SUMS_DEPTH, depthWriteEnabled: false, depthCompare: "greater" } : undefined,
@@ -116,15 +114,15 @@ export class MeshProgram extends Program {
   }
 
   /**
-   * Draws the sums in a pass of three.js.
+   * Draws the picture in a pass of three.js.
    *
    * @param {Way} way
    * @param {Attachments} attachments
-   * @param {boolean} leveled
+   * @param {Picture} picture
    */
-  over(way, { colors, depth, samples, reversed }, leveled) {
-    return this.cached(`over ${way} ${colors} ${depth} ${samples} ${reversed} ${leveled}`, () => {
-      const module = this.module(leveled ? "over_levels" : "over", null);
+  over(way, { colors, depth, samples, reversed }, picture) {
+    return this.cached(`over ${way} ${colors} ${depth} ${samples} ${reversed} ${picture}`, () => {
+      const module = this.module(picture, null);
       const behind = way === "behind edges";
       /** @type {GPUCompareFunction} */
       const samplesPass = reversed ? (behind ? "greater" : "less-equal") : behind ? "less" : "greater-equal";
@@ -144,7 +142,7 @@ export class MeshProgram extends Program {
           entryPoint: way === "over" ? "draw_over" : way === "depth" ? "draw_depth" : "draw_over_samples",
           constants: way === "samples" || behind ? { BEHIND_EDGES: Number(behind) } : {},
           targets: colors.map((format, i) =>
-            way === "depth" || i > 0 ? { format, writeMask: 0 } : { format, blend: OVER },
+            way === "depth" || i > 0 ? { format, writeMask: 0 } : { format, blend: OVER_STATE },
           ),
         },
         depthStencil,

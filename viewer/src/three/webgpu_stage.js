@@ -7,13 +7,14 @@ import { GAUSSIANS } from "../render/view_network.js";
 import { VIEW_BYTES } from "../render/view_uniforms.js";
 import { numbered } from "../render/webgpu_program.js";
 import { frameOf, meshUniforms, nearestOf } from "./placed_camera.js";
-import { BLOCKS_FORMAT, MeshProgram, SUMS_DEPTH } from "./webgpu_passes.js";
-import { BLOCKS, DEPTH, PICTURE, PLACED, PLACED_BYTES, WIDE_BLOCKS } from "./webgpu_texts.js";
+import { BLOCKS_FORMAT, LAYER_FORMATS, MeshProgram, SUMS_DEPTH } from "./webgpu_passes.js";
+import { BLOCKS, DEPTH, LAYERS, PICTURE, PLACED, PLACED_BYTES, WIDE_BLOCKS } from "./webgpu_texts.js";
 
 /** @typedef {import("three").Camera} ThreeCamera */
 /** @typedef {import("./mobile_gs_mesh.js").MobileGSMesh} MobileGSMesh */
 /** @typedef {import("./placed_camera.js").Frame} Frame */
 /** @typedef {import("./webgpu_passes.js").Attachments} Attachments */
+/** @typedef {import("./webgpu_passes.js").Kept} Kept */
 /** @typedef {import("../render/types.js").Part} Part */
 /** @typedef {import("../render/types.js").SceneData} SceneData */
 /** @typedef {import("../render/types.js").Variant} Variant */
@@ -41,6 +42,15 @@ import { BLOCKS, DEPTH, PICTURE, PLACED, PLACED_BYTES, WIDE_BLOCKS } from "./web
  * @property {GPUTextureView} depth of the sums
  * @property {GPUTextureView[]} blocks
  */
+/**
+ * The layers of a picture: colours and proximities.
+ *
+ * @typedef {object} Layers
+ * @property {string} key
+ * @property {GPUTexture[]} all
+ * @property {GPUTextureView[]} arrays
+ * @property {GPUTextureView[][]} slices of each layer
+ */
 
 const DRAWN_BYTES = 24; // of Drawn in project.wgsl
 const LOOK_BYTES = 8;
@@ -64,6 +74,8 @@ export class WebGpuStage {
   #splats = new Map();
   /** @type {Targets | null} */
   #targets = null;
+  /** @type {Layers | null} */
+  #layers = null;
   /** A copy of the framebuffer's colours. @type {GPUTexture | null} */
   #picture = null;
   /** Of each camera. @type {Map<ThreeCamera, GPUBuffer>} */
@@ -119,7 +131,8 @@ export class WebGpuStage {
   destroy() {
     for (const mesh of [...this.#splats.keys()]) this.forget(mesh);
     for (const buffer of [this.#corners, ...this.#reset, ...this.#placed.values()]) buffer.destroy();
-    for (const texture of [...(this.#targets?.all ?? []), this.#picture]) texture?.destroy();
+    const textures = [...(this.#targets?.all ?? []), ...(this.#layers?.all ?? []), this.#picture];
+    for (const texture of textures) texture?.destroy();
   }
 
   /**
@@ -130,7 +143,6 @@ export class WebGpuStage {
    * @param {boolean} tested whether the framebuffer may have depths
    */
   draw(layers, camera, tested) {
-    const meshes = layers.flat();
     const backend = this.#backend;
     const context = this.#renderer._currentRenderContext;
     const data = backend.get(context);
@@ -139,7 +151,7 @@ export class WebGpuStage {
     // passes of layers are recorded for later
     if (!data.currentPass || !(width > 0 && height > 0)) return;
     data.currentPass.end();
-    const finish = this.#sum(encoder, context, meshes, camera, tested);
+    const finish = this.#sum(encoder, context, layers, camera, tested);
     // go on with the pass, as three.js does after it has copied a framebuffer
     for (const attachment of descriptor.colorAttachments) attachment.loadOp = "load";
     if (context.depth) descriptor.depthStencilAttachment.depthLoadOp = "load";
@@ -156,28 +168,31 @@ export class WebGpuStage {
   }
 
   /**
-   * Add the splats up; returns a function that draws the sums in a pass of three.js.
+   * Add the splats of each layer up; returns a function that draws the picture in a pass of three.js.
    *
    * @param {GPUCommandEncoder} encoder
    * @param {any} context of three.js
-   * @param {MobileGSMesh[]} meshes
+   * @param {MobileGSMesh[][]} layers
    * @param {ThreeCamera} camera
    * @param {boolean} tested
    * @returns {(pass: GPURenderPassEncoder) => void}
    */
-  #sum(encoder, context, meshes, camera, tested) {
+  #sum(encoder, context, layers, camera, tested) {
+    const meshes = layers.flat();
     const { x, y, width, height } = context.viewportValue;
     const { color, depth } = this.#framebuffer(context);
     const attachments = this.#attachments(context, color, depth);
     const program = this.#program(attachments.samples > 1 && depth !== null);
     const keeps = depth !== null && meshes.some((mesh) => mesh.material.depthWrite);
-    const variant = { ...(meshes[0].variant ?? this.variant), keeps };
+    const several = layers.length > 1;
+    const variant = { ...(meshes[0].variant ?? this.variant), moments: several ? 3 : keeps ? 2 : 1 };
     variant.floats &&= program.blendsFloats;
     const most = this.#device.limits.maxTextureDimension2D;
     const { frame, fine, sigmas, leveled } = frameOf(meshes, camera, { width, height, upward: false }, variant.floats, most);
     const targets = this.#targetsOf(fine.width, fine.height, leveled, variant);
-    const all = meshes.map((mesh, i) => this.#uploaded(mesh, frame, sigmas[i], program));
-    const view = /** @type {GPUBuffer} */ (all[0].views.get(camera));
+    const all = new Map(meshes.map((mesh, i) => [mesh, this.#uploaded(mesh, frame, sigmas[i], program)]));
+    const viewOf = (/** @type {MobileGSMesh} */ mesh) => /** @type {GPUBuffer} */ (all.get(mesh)?.views.get(camera));
+    const view = viewOf(meshes[0]);
     // a multisampled depth that is not stored cannot be read
     tested &&= depth !== null && (depth.usage & GPUTextureUsage.TEXTURE_BINDING) !== 0;
     const edges = tested && attachments.samples > 1;
@@ -190,59 +205,82 @@ export class WebGpuStage {
         program.fill(encoder, program.blocks(level), read, [targets.blocks[level]]);
       }
     }
-    for (const splats of all) this.#list(encoder, program, splats, camera, variant, tested && leveled ? targets.blocks : null);
-    const pass = encoder.beginRenderPass({
-      colorAttachments: targets.sums[0].map((target, i) => ({
-        view: target,
-        loadOp: "clear",
-        storeOp: "store",
-        clearValue: { r: 0, g: 0, b: 0, a: i ? 0 : 1 }, // nothing is covered yet
-      })),
-      depthStencilAttachment: tested
-        ? { view: targets.depth, depthLoadOp: "clear", depthStoreOp: edges ? "store" : "discard", depthClearValue: 0 }
-        : undefined,
-    });
-    if (tested && scene) {
-      const nearness = program.nearness(variant);
-      pass.setPipeline(nearness);
-      pass.setBindGroup(0, program.bind(nearness, { 0: view, [PLACED]: placed, [DEPTH]: scene }));
-      pass.draw(3);
-    }
+    for (const splats of all.values()) this.#list(encoder, program, splats, camera, variant, tested && leveled ? targets.blocks : null);
     const add = program.add(variant, leveled, tested);
-    pass.setPipeline(add);
-    pass.setIndexBuffer(this.#corners, "uint16");
-    for (const { parts, looks, list, drawn, views } of all) {
-      const own = /** @type {GPUBuffer} */ (views.get(camera));
-      pass.setBindGroup(0, program.bind(add, { 0: own, 1: parts.shapes, 4: looks, 5: list, 6: drawn }));
-      if (variant.strips) pass.drawIndirect(drawn, 0);
-      else pass.drawIndexedIndirect(drawn, 0);
-    }
-    pass.end();
-    if (leveled) {
-      for (const [level, coarser] of [[2, 0], [1, 2]]) {
-        const read = { 0: view, ...numbered([...targets.sums[0], ...targets.sums[coarser]], 1), 5: program.bilinear };
-        program.fill(encoder, program.enlarge(level, variant.floats), read, targets.sums[level]);
-      }
-    }
-    const picture = this.#copy(encoder, color, x, y, width, height);
-    const sums = leveled ? [...targets.sums[0], ...targets.sums[1]] : targets.sums[0];
     /** @type {Resources} */
-    const read = { 0: view, ...numbered(sums, 1), [PLACED]: placed };
-    if (leveled) read[5] = program.bilinear;
+    const meshDepth = tested && scene ? { [PLACED]: placed, [DEPTH]: scene } : {};
+    const sums = numbered(leveled ? [...targets.sums[0], ...targets.sums[1]] : targets.sums[0], 1);
+    /** @type {Resources} */
+    const read = leveled ? { ...sums, 5: program.bilinear } : sums;
+    const resolved = several ? this.#layersOf(width, height, layers.length) : null;
+    layers.forEach((layer, i) => {
+      const pass = encoder.beginRenderPass({
+        colorAttachments: targets.sums[0].map((target, index) => ({
+          view: target,
+          loadOp: "clear",
+          storeOp: "store",
+          clearValue: { r: 0, g: 0, b: 0, a: index ? 0 : 1 }, // nothing is covered yet
+        })),
+        depthStencilAttachment: tested
+          ? {
+              view: targets.depth,
+              depthLoadOp: i ? "load" : "clear",
+              depthStoreOp: edges || several ? "store" : "discard",
+              depthClearValue: 0,
+            }
+          : undefined,
+      });
+      if (tested && i === 0) {
+        const nearness = program.nearness(variant);
+        pass.setPipeline(nearness);
+        pass.setBindGroup(0, program.bind(nearness, { 0: view, ...meshDepth }));
+        pass.draw(3);
+      }
+      pass.setPipeline(add);
+      pass.setIndexBuffer(this.#corners, "uint16");
+      for (const mesh of layer) {
+        const { parts, looks, list, drawn } = /** @type {Splats} */ (all.get(mesh));
+        const own = { 0: viewOf(mesh), 1: parts.shapes, 4: looks, 5: list, 6: drawn };
+        pass.setBindGroup(0, program.bind(add, { ...own, ...meshDepth }));
+        if (variant.strips) pass.drawIndirect(drawn, 0);
+        else pass.drawIndexedIndirect(drawn, 0);
+      }
+      pass.end();
+      if (leveled) this.#enlarge(encoder, program, view, targets, variant);
+      if (resolved) program.fill(encoder, program.layer(leveled), { 0: viewOf(layer[0]), ...read }, resolved.slices[i]);
+    });
+    const picture = this.#copy(encoder, color, x, y, width, height);
+    const shown = resolved ? numbered(resolved.arrays, LAYERS) : read;
     return (pass) => {
       /** @type {import("./webgpu_passes.js").Way[]} */
       const ways = edges ? ["samples", "behind edges"] : ["over"];
       if (keeps) ways.push("depth");
       for (const way of ways) {
-        const pipeline = program.over(way, attachments, leveled);
+        const pipeline = program.over(way, attachments, several ? "layers" : leveled ? "levels" : "sums");
         /** @type {Resources} */
         const more = way === "depth" ? {} : { [PICTURE]: picture.createView() };
         if (edges && way !== "depth") more[DEPTH] = targets.depth;
         pass.setPipeline(pipeline);
-        pass.setBindGroup(0, program.bind(pipeline, { ...read, ...more }));
+        pass.setBindGroup(0, program.bind(pipeline, { 0: view, [PLACED]: placed, ...shown, ...more }));
         pass.draw(3);
       }
     };
+  }
+
+  /**
+   * Compute levels 1 and 2 with the coarser ones.
+   *
+   * @param {GPUCommandEncoder} encoder
+   * @param {MeshProgram} program
+   * @param {GPUBuffer} view
+   * @param {Targets} targets
+   * @param {Kept} kept
+   */
+  #enlarge(encoder, program, view, { sums }, kept) {
+    for (const [level, coarser] of [[2, 0], [1, 2]]) {
+      const read = { 0: view, ...numbered([...sums[0], ...sums[coarser]], 1), 5: program.bilinear };
+      program.fill(encoder, program.enlarge(level, MeshProgram.sums(kept)), read, sums[level]);
+    }
   }
 
   /**
@@ -411,32 +449,44 @@ export class WebGpuStage {
    * @param {number} width
    * @param {number} height
    * @param {boolean} leveled
-   * @param {import("./webgpu_passes.js").Kept} kept
+   * @param {Kept} kept
    * @returns {Targets}
    */
   #targetsOf(width, height, leveled, kept) {
-    const { floats, keeps } = kept;
-    const key = `${width} ${height} ${leveled} ${floats} ${keeps}`;
+    const formats = MeshProgram.sums(kept);
+    const key = `${width} ${height} ${leveled} ${formats}`;
     if (this.#targets?.key === key) return this.#targets;
     for (const texture of this.#targets?.all ?? []) texture.destroy();
     /** @type {GPUTexture[]} */
     const all = [];
     const made = (/** @type {number[]} */ size, /** @type {GPUTextureFormat} */ format) => {
-      const usage = GPUTextureUsage.RENDER_ATTACHMENT | GPUTextureUsage.TEXTURE_BINDING;
-      const texture = this.#device.createTexture({ size, format, usage });
-      all.push(texture);
-      return texture.createView();
+      all.push(this.#texture(size, format));
+      return all[all.length - 1].createView();
     };
     const place = leveled ? levelPlaces(width, height).size : [width, height];
-    const formats = MeshProgram.sums(kept);
     const coarse = leveled ? levelSizes(width, height).slice(1, 3) : [];
-    const sums = [
-      formats.map((format) => made(place, format)),
-      ...coarse.map((size) => [made(size, formats[0]), made(size, floats ? "r32float" : "r16float")]),
-    ];
+    const sums = [place, ...coarse].map((size) => formats.map((format) => made(size, format)));
     const depth = made(place, SUMS_DEPTH);
     const sides = [8, 64].map((side) => [Math.ceil(width / side), Math.ceil(height / side)]);
     const blocks = sides.map((size) => made(size, BLOCKS_FORMAT));
     return (this.#targets = { key, all, sums, depth, blocks });
+  }
+
+  /** @param {number} width @param {number} height @param {number} count of layers @returns {Layers} */
+  #layersOf(width, height, count) {
+    const key = `${width} ${height} ${count}`;
+    if (this.#layers?.key === key) return this.#layers;
+    for (const texture of this.#layers?.all ?? []) texture.destroy();
+    const all = LAYER_FORMATS.map((format) => this.#texture([width, height, count], format));
+    const slices = Array.from({ length: count }, (_, baseArrayLayer) =>
+      all.map((texture) => texture.createView({ dimension: "2d", baseArrayLayer, arrayLayerCount: 1 })),
+    );
+    return (this.#layers = { key, all, arrays: all.map((texture) => texture.createView()), slices });
+  }
+
+  /** @param {number[]} size @param {GPUTextureFormat} format */
+  #texture(size, format) {
+    const usage = GPUTextureUsage.RENDER_ATTACHMENT | GPUTextureUsage.TEXTURE_BINDING;
+    return this.#device.createTexture({ size, format, usage });
   }
 }
