@@ -174,7 +174,6 @@ def displayed(image: torch.Tensor) -> torch.Tensor:
 def test_a_transparent_mesh_lies_in_the_scene(kind: str, pages: Pages) -> None:
     page = pages(kind)
     opened(page, levelSigma=0)
-    page.tab.run("mesh.material.depthWrite = true;")
     code = "Object.assign(ball.material, { transparent: true, opacity: 0.6, depthWrite: false });"
     found = page.picture(view(), BALL + code, **ball())
     image = alone().over(torch.zeros(3))

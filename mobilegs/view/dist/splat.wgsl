@@ -50,18 +50,22 @@ var out: LevelCorner;
 out.position = NOWHERE;
 let place = place_in(vertex, instance);
 if (place >= listed.count) { return out; }
+return level_corner(vertex, place, listed_ellipse(place), view.whole);
+}
+fn listed_ellipse(place: u32) -> Ellipse { return ellipse_of(shape_of(order[place] & ((1u << LEVEL_SHIFT) - 1u))); }
+fn level_corner(vertex: u32, place: u32, full: Ellipse, size: vec2f) -> LevelCorner {
+var out: LevelCorner;
 let look = stored(looks[place]);
 let level = order[place] >> LEVEL_SHIFT;
-var ellipse = ellipse_of(shape_of(order[place] & ((1u << LEVEL_SHIFT) - 1u)));
+var ellipse = full;
 var opacity = look.opacity;
 if (level > 0u) {
-let coarse = to_level(ellipse, level);
-opacity *= fading(ellipse, coarse, level);
-ellipse = coarse;
+ellipse = to_level(full, level);
+opacity *= fading(full, ellipse, level);
 }
 out.region = view.regions[level];
 ellipse.center += out.region.xy;
-let corner = corner_of(vertex, look, opacity, ellipse, view.whole);
+let corner = corner_of(vertex, look, opacity, ellipse, size);
 out.position = corner.position;
 out.axes = corner.axes;
 out.color = corner.color;
@@ -90,7 +94,7 @@ out.center = vec4f(ellipse.center, opacity, ellipse.compensation);
 let side = (reach_of(opacity) * sizes + 0.02) *
 (vec2f(vec2u(vertex & 1u, (vertex >> 1u) & 1u)) * 2.0 - 1.0);
 let at = ellipse.center + side.x * way + side.y * across;
-out.position = vec4f(at / size * vec2f(2.0, -2.0) + vec2f(-1.0, 1.0), min(view.nearest / ellipse.depth, 1.0), 1.0);
+out.position = vec4f(at / size * vec2f(2.0, -2.0) + vec2f(-1.0, 1.0), 0.0, 1.0);
 return out;
 }
 fn alpha_at(position: vec2f, axes: vec4f, center: vec4f) -> f32 {
@@ -100,23 +104,25 @@ let alpha = center.z * exp(-0.5 * dot(q, q));
 let edge = f32(view.soft_edge) * view.alpha_min;
 return select(0.0, min(center.w * (alpha - edge), ALPHA_MAX), alpha >= view.alpha_min);
 }
+fn alpha_in(region: vec4f, position: vec2f, axes: vec4f, center: vec4f) -> f32 {
+let outside = any(position < region.xy) || any(position > region.zw);
+return select(alpha_at(position, axes, center), 0.0, outside);
+}
 struct Sums {
 @location(0) color: vec4f,
-@location(1) weight: vec4f,
+@location(1) weights: vec4f,
 }
 @fragment
 fn add_weighted(corner: Corner) -> Sums {
-return sums_of(alpha_at(corner.position.xy, corner.axes, corner.center), corner.color, corner.position.z);
+return sums_of(alpha_at(corner.position.xy, corner.axes, corner.center), corner.color);
 }
 @fragment
 fn add_to_level(corner: LevelCorner) -> Sums {
-let at = corner.position.xy;
-let outside = any(at < corner.region.xy) || any(at > corner.region.zw);
-return sums_of(select(alpha_at(at, corner.axes, corner.center), 0.0, outside), corner.color, corner.position.z);
+return sums_of(alpha_in(corner.region, corner.position.xy, corner.axes, corner.center), corner.color);
 }
-fn sums_of(alpha: f32, color: vec4f, nearness: f32) -> Sums {
+fn sums_of(alpha: f32, color: vec4f) -> Sums {
 let weighted = alpha * color.w;
-return Sums(vec4f(color.rgb * weighted, alpha), vec4f(weighted, weighted * nearness, 0.0, 0.0));
+return Sums(vec4f(color.rgb * weighted, alpha), vec4f(weighted, 0.0, 0.0, 0.0));
 }
 @fragment
 fn cover(corner: Corner) -> @location(0) vec4f {

@@ -42,6 +42,7 @@ weight: f32,
 opacity: f32,
 }
 const ALPHA_MAX = 0.99;
+const PROXIMITY_SCALE = 8.0;
 const BATCH = 128u;
 const WEIGHT_UNIT = 10.0;
 const LEVEL_SHIFT = 30u;
@@ -52,6 +53,8 @@ variance: vec2f,
 covariance: f32,
 determinant: f32,
 compensation: f32,
+depth_covariance: vec2f,
+depth_variance: f32,
 }
 fn ellipse_of(shape: Shape) -> Ellipse {
 var out: Ellipse;
@@ -66,6 +69,8 @@ let py = (view.focal.y / out.depth) * (view.row_y.xyz * shape.axes - uv.y * dept
 out.center = view.focal * t + view.center;
 out.variance = vec2f(dot(px, px), dot(py, py)) + view.blur;
 out.covariance = dot(px, py);
+out.depth_covariance = vec2f(dot(px, depths), dot(py, depths));
+out.depth_variance = dot(depths, depths);
 let crossed = cross(px, py);
 let before = dot(crossed, crossed);
 out.determinant = before + view.blur * (out.variance.x + out.variance.y - view.blur);

@@ -33,7 +33,7 @@ const worldSphere = new Sphere();
  *     await mesh.loaded;
  *
  * Several meshes hide each other by their depths, pixel by pixel, and opaque meshes of three.js hide what is behind
- * them. With `mesh.material.depthWrite = true` the mesh writes its own depth, for transparent meshes and for effects.
+ * them. It writes its own depth where transparent objects follow, and with `mesh.material.depthWrite = true` for effects.
  *
  * @extends {Mesh<BufferGeometry, MeshBasicMaterial>}
  */

@@ -80,7 +80,8 @@ export function drawMeshes(mesh, renderer, scene, camera) {
   if (!meshes.length) return;
   // without a clear, an earlier render call may have written depths
   const tested = found.others || !renderer.autoClear || !renderer.autoClearDepth;
-  known.stage.draw(layersOf(meshes, camera), camera, tested);
+  const keeps = found.transparent || meshes.some((one) => one.material.depthWrite);
+  known.stage.draw(layersOf(meshes, camera), camera, { tested, keeps });
   if (known.measured || meshes[0].variant || !meshes.every(({ complete }) => complete)) return;
   known.measured = true;
   const calibrated = selectVariant(known.stage.api).then(
@@ -131,7 +132,8 @@ function rootOf(mesh, scene) {
 }
 
 /**
- * The meshes that a camera may see, and whether anything else may have written a depth.
+ * The meshes that a camera may see, whether anything else may have written a depth, and whether anything transparent is
+ * tested against depths later.
  *
  * @param {Object3D} root
  * @param {Camera} camera
@@ -139,17 +141,20 @@ function rootOf(mesh, scene) {
 function visibleIn(root, camera) {
   /** @type {MobileGSMesh[]} */
   const meshes = [];
-  let others = false;
+  let [others, transparent] = [false, false];
   projection.multiplyMatrices(camera.projectionMatrix, camera.matrixWorldInverse);
   const { reversedDepth } = /** @type {{reversedDepth?: boolean}} */ (/** @type {unknown} */ (camera));
   frustum.setFromProjectionMatrix(projection, camera.coordinateSystem, reversedDepth);
   root.traverseVisible((object) => {
     if (!object.layers.test(camera.layers)) return;
     const mesh = /** @type {MobileGSMesh} */ (object);
-    if (!mesh.isMobileGSMesh) others ||= writesDepth(object);
-    else if (mesh.drawable && mesh.material.visible && (!mesh.frustumCulled || mesh.intersectsFrustum(frustum))) meshes.push(mesh);
+    if (!mesh.isMobileGSMesh) {
+      const all = materialsOf(object);
+      others ||= all.some(({ visible, depthWrite }) => visible && depthWrite);
+      transparent ||= all.some((one) => one.visible && one.transparent && one.depthTest);
+    } else if (mesh.drawable && mesh.material.visible && (!mesh.frustumCulled || mesh.intersectsFrustum(frustum))) meshes.push(mesh);
   });
-  return { meshes, others };
+  return { meshes, others, transparent };
 }
 
 /**
@@ -172,8 +177,7 @@ function layersOf(meshes, camera) {
 }
 
 /** @param {Object3D} object */
-function writesDepth(object) {
+function materialsOf(object) {
   const { material } = /** @type {{material?: Material | Material[]}} */ (object);
-  const all = material ? [material].flat() : [];
-  return all.some(({ visible, depthWrite }) => visible && depthWrite);
+  return material ? [material].flat() : [];
 }

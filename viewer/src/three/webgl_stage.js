@@ -34,6 +34,7 @@ import { BLOCKS, LAYER, MESHES, NEARNESS, OVER } from "./webgl_texts.js";
  * @property {boolean} reversed whether larger depths are nearer
  * @property {boolean} scissored
  * @property {boolean} tested whether the framebuffer may have depths
+ * @property {boolean} keeps whether the meshes write their depth
  */
 /**
  * A mesh's scene in a context.
@@ -136,9 +137,10 @@ export class WebGlStage {
    *
    * @param {MobileGSMesh[][]} layers the meshes of each
    * @param {ThreeCamera} camera
-   * @param {boolean} tested whether the framebuffer may have depths
+   * @param {{tested: boolean, keeps: boolean}} depths whether the framebuffer may have some, and whether the meshes
+   *     write theirs
    */
-  draw(layers, camera, tested) {
+  draw(layers, camera, depths) {
     const [gl, renderer] = [this.#gl, this.#renderer];
     const target = renderer.getRenderTarget();
     const [face, mip] = [renderer.getActiveCubeFace(), renderer.getActiveMipmapLevel()];
@@ -161,7 +163,7 @@ export class WebGlStage {
     gl.pixelStorei(gl.UNPACK_ALIGNMENT, 4);
     this.#bindQuads();
     try {
-      this.#draw(layers, camera, { framebuffer, target, reversed, scissored, tested });
+      this.#draw(layers, camera, { framebuffer, target, reversed, scissored, ...depths });
     } finally {
       convention?.provokingVertexWEBGL(convention.LAST_VERTEX_CONVENTION_WEBGL);
       gl.bindVertexArray(null);
@@ -181,7 +183,7 @@ export class WebGlStage {
    * @param {ThreeCamera} camera
    * @param {State} state
    */
-  #draw(layers, camera, { framebuffer, target, reversed, scissored, tested }) {
+  #draw(layers, camera, { framebuffer, target, reversed, scissored, tested, keeps }) {
     const gl = this.#gl;
     const { x, y, z: width, w: height } = viewport;
     const meshes = layers.flat();
@@ -189,7 +191,6 @@ export class WebGlStage {
     const floats = wanted.floats && blendsFloats(gl);
     const most = gl.getParameter(gl.MAX_TEXTURE_SIZE);
     const { frame, fine, sigmas, leveled } = frameOf(meshes, camera, { width, height, upward: true }, floats, most);
-    const keeps = meshes.some((mesh) => mesh.material.depthWrite);
     const several = layers.length > 1;
     const size = this.#resize(fine.width, fine.height, leveled, floats, several ? 3 : keeps ? 2 : 1);
     const all = new Map(meshes.map((mesh, i) => [mesh, this.#uploaded(mesh, frame, sigmas[i])]));

@@ -140,9 +140,10 @@ export class WebGpuStage {
    *
    * @param {MobileGSMesh[][]} layers the meshes of each
    * @param {ThreeCamera} camera
-   * @param {boolean} tested whether the framebuffer may have depths
+   * @param {{tested: boolean, keeps: boolean}} depths whether the framebuffer may have some, and whether the meshes
+   *     write theirs
    */
-  draw(layers, camera, tested) {
+  draw(layers, camera, depths) {
     const backend = this.#backend;
     const context = this.#renderer._currentRenderContext;
     const data = backend.get(context);
@@ -151,7 +152,7 @@ export class WebGpuStage {
     // passes of layers are recorded for later
     if (!data.currentPass || !(width > 0 && height > 0)) return;
     data.currentPass.end();
-    const finish = this.#sum(encoder, context, layers, camera, tested);
+    const finish = this.#sum(encoder, context, layers, camera, depths);
     // go on with the pass, as three.js does after it has copied a framebuffer
     for (const attachment of descriptor.colorAttachments) attachment.loadOp = "load";
     if (context.depth) descriptor.depthStencilAttachment.depthLoadOp = "load";
@@ -174,16 +175,16 @@ export class WebGpuStage {
    * @param {any} context of three.js
    * @param {MobileGSMesh[][]} layers
    * @param {ThreeCamera} camera
-   * @param {boolean} tested
+   * @param {{tested: boolean, keeps: boolean}} depths
    * @returns {(pass: GPURenderPassEncoder) => void}
    */
-  #sum(encoder, context, layers, camera, tested) {
+  #sum(encoder, context, layers, camera, { tested, keeps }) {
     const meshes = layers.flat();
     const { x, y, width, height } = context.viewportValue;
     const { color, depth } = this.#framebuffer(context);
     const attachments = this.#attachments(context, color, depth);
     const program = this.#program(attachments.samples > 1 && depth !== null);
-    const keeps = depth !== null && meshes.some((mesh) => mesh.material.depthWrite);
+    keeps &&= depth !== null;
     const several = layers.length > 1;
     const variant = { ...(meshes[0].variant ?? this.variant), moments: several ? 3 : keeps ? 2 : 1 };
     variant.floats &&= program.blendsFloats;
