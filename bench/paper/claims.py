@@ -202,7 +202,7 @@ DEPARTURES = (
     ),
     Departure(
         "distillation on virtual views",
-        "loss.virtual_view_every=2",
+        "loss.virtual_view_every=4",
         "between the photos there is nothing else to learn from",
         ("late-rate-term", "paper-distillation"),
     ),

@@ -10,7 +10,8 @@ ARCHIVED = "f977b68"  # the commit whose bench/paper/run.py makes archived rows
 # settings that take the presets' departures from the paper back: virtual views, the early rate
 # term, scalar quantisation, the overdraw term
 LATE_RATE_TERM = ("student.schedule.rate_from=1",)
-PAPER_DISTILLATION = ("student.loss.virtual_view_every=0", *LATE_RATE_TERM)
+NO_FRONT = ("student.loss.front_weight=0",)
+PAPER_DISTILLATION = ("student.loss.virtual_view_every=0", *NO_FRONT, *LATE_RATE_TERM)
 CODEBOOKS = (
     "student.quantization.method=nvq",
     "student.schedule.quantize_from=0.7",
@@ -129,21 +130,12 @@ OURS: dict[str, Row] = {
     "no-front": Row(
         "main",
         "the default without the term of coverage before planes",
-        ("student.loss.front_weight=0",),
+        NO_FRONT,
     ),
     "front-alone": Row(
         "main",
         "the default without distillation of colours and depths",
         ("student.loss.distill_weight=0", "student.loss.depth_weight=0"),
-    ),
-    "no-teacher": Row(
-        "main",
-        "`front-alone` without the term of coverage before planes",
-        (
-            "student.loss.front_weight=0",
-            "student.loss.distill_weight=0",
-            "student.loss.depth_weight=0",
-        ),
     ),
     "photos-only": Row(
         "main",

@@ -136,7 +136,7 @@ def render_synthetic_capture(
         )
         if len(given) == 1:  # nothing lies between one camera and itself
             means = scene.gaussians.means.cpu()
-            cameras = [cameras[0], *move_off_path(cameras[1:], means, 1.0, options.seed)]
+            cameras = [cameras[0], *move_off_path(cameras[1:], means, options.seed)]
         validate_visibility(scene, cameras, described, "give the cameras.json of this scene")
     # neighbours in the file are neighbours in space: shuffle, so that held-back views are spread
     order = torch.randperm(len(cameras), generator=generator).tolist()

@@ -166,6 +166,7 @@ PAPER = (
     "student.lr.opacities=0",
     "student.loss.depth_weight=0.1",
     "student.loss.virtual_view_every=0",
+    "student.loss.front_weight=0",
     "student.loss.overdraw_weight=0",
     "student.exposure.learned=never",
     "student.loss.mask_depth=false",

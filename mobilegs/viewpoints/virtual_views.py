@@ -10,7 +10,6 @@ from mobilegs.camera import Camera
 from mobilegs.viewpoints.visibility import depths_in_view
 
 DIVISOR = 2  # of the photos' width and height
-OFF_PATH_SHARE = 0.5  # of the views that lie off the path of the photos, not on it
 NEIGHBOURS = 4  # nearest cameras towards which a camera is interpolated
 MIN_COSINE = 0.7  # between the directions of cameras that look at the same things
 MIN_SHARE, MAX_SHARE = 0.25, 0.75  # of the way from one camera to the other
@@ -52,22 +51,20 @@ def virtual_cameras(cameras: list[Camera], seed: int) -> list[Camera]:
     return virtual
 
 
-def move_off_path(
-    cameras: list[Camera], means: Float[Tensor, "n 3"], share: float, seed: int
-) -> list[Camera]:
-    """Move about `share` of the cameras off the path of the photos, in all directions.
+def move_off_path(cameras: list[Camera], means: Float[Tensor, "n 3"], seed: int) -> list[Camera]:
+    """Move cameras off the path of the photos, in all directions.
 
     People who look at a scene move where nobody photographed. There, the order-independent weights
     of a student are extrapolated, and a faint Gaussian can cover everything behind it. `means` are
-    those of the scene: shifts are in proportion to their distance. Cameras keep their rotations;
-    the same `seed` gives the same cameras.
+    those of the scene: shifts are in proportion to their distance. A camera that sees none of them
+    stays. Cameras keep their rotations; the same `seed` gives the same cameras.
     """
     generator = torch.Generator().manual_seed(seed)
     points, moved = means[:: max(1, len(means) // POINTS)], []
     for camera in cameras:
-        chosen, along = torch.rand(2, generator=generator).tolist()
+        along = float(torch.rand(1, generator=generator))
         sideways = SHIFT_STD * torch.randn(2, generator=generator)
-        depths = depths_in_view(points, camera) if chosen < share else means[:0, 0]
+        depths = depths_in_view(points, camera)
         if len(depths):
             distance, nearest = depths.median(), depths.quantile(0.05)
             forwards = min(

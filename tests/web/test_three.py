@@ -126,7 +126,7 @@ def test_opaque_meshes_hide_gaussians_behind_them(kind: str, pages: Pages) -> No
     for sigma in (0, None):
         page = pages(kind)
         opened(page, levelSigma=sigma)
-        alike(page.picture(view(), BALL, **ball()), with_ball(), 40, f"levels {sigma}")
+        alike(page.picture(view(), BALL, **ball()), with_ball(), 50, f"levels {sigma}")
 
 
 @pytest.mark.parametrize("kind", KINDS)
@@ -136,7 +136,7 @@ def test_opaque_meshes_hide_gaussians_behind_them(kind: str, pages: Pages) -> No
 def test_other_depth_buffers_hide_the_same(kind: str, options: dict, pages: Pages) -> None:
     page = pages(kind, **options)
     opened(page)
-    alike(page.picture(view(), BALL, **ball()), with_ball(), 40)
+    alike(page.picture(view(), BALL, **ball()), with_ball(), 50)
 
 
 @pytest.mark.parametrize("kind", KINDS)

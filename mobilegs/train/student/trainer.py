@@ -38,7 +38,6 @@ from mobilegs.train.student.vote_pruning import VoteCounter, vote
 from mobilegs.train.threads import first_threads
 from mobilegs.viewpoints.virtual_views import (
     DIVISOR,
-    OFF_PATH_SHARE,
     move_off_path,
     virtual_cameras,
 )
@@ -121,8 +120,8 @@ class Student:
         self.team = team
         self.virtual_cameras: list[Camera] = []
         if config.loss.virtual_view_every and (self._distils or self._has_front_term):
-            on_path = virtual_cameras(self.cameras, seed)
-            off_path = move_off_path(on_path, gaussians.means, OFF_PATH_SHARE, seed)
+            between = virtual_cameras(self.cameras, seed)
+            off_path = move_off_path(between, gaussians.means, seed)
             self.virtual_cameras = [_reduced(camera) for camera in off_path]
         self.front_cameras = self.virtual_cameras or [_reduced(each) for each in self.cameras]
         if start := config.view_dependence.start_opacity:
