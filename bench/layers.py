@@ -14,6 +14,8 @@ union of the teachers' Gaussians, sorted together.
 - *ball 10 %*, ...: an opaque ball at a share of the way from the surface to the camera, at 24
   places. The figure is the share of it that is visible: how far its pixels are from the picture
   without it to its colour. The truth is the teacher's Gaussians whose centre is before it.
+- *time*: milliseconds of a frame of the scene, the toy, both, and the scene with a ball, of 640
+  pixels' width: the least of several rounds in turn, between two finished queues.
 - *turn, ...*: the camera turns around the toy. A pixel counts if it changes between two frames by
   16 of 255 more than in the truth. `alone` is the same for the scene without the toy.
 
@@ -67,6 +69,7 @@ BALL_PLACES, RADIUS = 24, 0.03  # the radius in its depth
 MAGENTA = torch.tensor([1.0, 0.0, 1.0])
 TURNS = {"turn, inside": "inside", "turn, standing on it": "standing on it"}
 FRAMES, DEGREES = 120, 40.0
+TIME, TIMED_WIDTH, TIMED_ROUNDS = "time", 640, 6
 NOTICED = 16 / 255  # change between frames
 BEGIN = """
 const { THREE, scene, load } = three;
@@ -90,6 +93,19 @@ if (sphere) {
   ball.position.set(...sphere.center);
   ball.scale.setScalar(sphere.radius);
 }
+"""
+TIMED = """
+const gl = renderer.getContext();
+return () => {
+  const pixel = new Uint8Array(4);
+  const finish = () => gl.readPixels(0, 0, 1, 1, gl.RGBA, gl.UNSIGNED_BYTE, pixel);
+  renderer.render(scene, camera);
+  finish();
+  const from = performance.now();
+  for (let i = 0; i < 4; i++) renderer.render(scene, camera);
+  finish();
+  window.milliseconds = (performance.now() - from) / 4;
+};
 """
 
 
@@ -173,15 +189,23 @@ class Page:
         *,
         whole: bool = True,
         ball: tuple[Tensor, float] | None = None,
+        code: str = "",
     ) -> Tensor:
         """Return the picture, `[h, w, 3]`; that of the toy by itself if it is not the whole."""
         return self._page.picture(
             camera,
-            SHOW,
+            SHOW + code,
             whole=whole,
             background=self._backgrounds[0 if whole else 1],
             matrix=None if toy is None else toy.matrix.flatten().tolist(),
             sphere=None if ball is None else {"center": ball[0].tolist(), "radius": ball[1]},
+        )
+
+    def time(self, camera: Camera, toy: Place | None = None, **shown: Any) -> float:
+        """Return the milliseconds of a frame."""
+        self.show(camera, toy, **shown, code=TIMED)
+        return float(
+            self._page.tab.run("return Float32Array.of(milliseconds);").view(np.float32)[0]
         )
 
 
@@ -307,6 +331,24 @@ def turn_row(page: Page, scene: Run, place: Place, camera: Camera) -> dict[str, 
     return row
 
 
+def time_row(page: Page, scene: Run, place: Place, camera: Camera) -> dict[str, Any]:
+    """Return the milliseconds of a frame."""
+    view = camera.scaled(TIMED_WIDTH / camera.width)
+    middle = camera.position + float(scene.cameras()[0].near) * 10 * camera.viewmat[2, :3]
+    shown: dict[str, tuple[Place | None, dict[str, Any]]] = {
+        "scene": (None, {}),
+        "toy": (place, {"whole": False}),
+        "both": (place, {}),
+        "scene and ball": (None, {"ball": (middle, float(scene.cameras()[0].near))}),
+    }
+    rounds = [
+        {name: page.time(view, toy, **more) for name, (toy, more) in shown.items()}
+        for _ in range(TIMED_ROUNDS)
+    ]
+    size = [view.width, view.height]
+    return {"size": size} | {name: round(min(one[name] for one in rounds), 1) for name in shown}
+
+
 def turned(camera: Camera, middle: Tensor, angle: float) -> Camera:
     """Return the camera turned around a point, about its own vertical axis, by radians."""
     c, s = math.cos(angle), math.sin(angle)
@@ -342,18 +384,30 @@ def tables(rows: dict[str, Any]) -> str:
         for name in TURNS
         if name in rows
     ]
+    times = (
+        [
+            [
+                " x ".join(map(str, row["size"])),
+                *(f"{row[key]:.0f}" for key in ("scene", "toy", "both", "scene and ball")),
+            ]
+            for row in (rows[TIME],)
+        ]
+        if TIME in rows
+        else []
+    )
     return "\n\n".join(
         [
             table("toy, dB picture / silhouette | as one | layers | students alone", pairs),
             table("visible %, median / least | MobileGSMesh | sorted teacher", balls),
             table("pixels %, largest / mean | layers | scene alone", turns),
+            table("ms | scene | toy | both | scene and ball", times),
         ]
     )
 
 
 @torch.inference_mode()
 def main() -> None:
-    names = [*PLACES, *BALLS, *TURNS]
+    names = [*PLACES, *BALLS, *TURNS, TIME]
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--scene", type=Path, required=True, help="folder of a run")
     parser.add_argument("--toy", type=Path, required=True, help="folder of a run")
@@ -370,7 +424,11 @@ def main() -> None:
             if name in BALLS:
                 figures.add(name, **ball_row(page, scene, cameras, BALLS[name]))
                 continue
-            place = Place.of(TURNS.get(name, name), scene, toy, cameras[0])
+            where = "standing on it" if name == TIME else TURNS.get(name, name)
+            place = Place.of(where, scene, toy, cameras[0])
+            if name == TIME:
+                figures.add(name, **time_row(page, scene, place, cameras[0]))
+                continue
             if name in TURNS:
                 figures.add(name, **turn_row(page, scene, place, cameras[0]))
                 continue

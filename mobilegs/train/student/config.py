@@ -95,8 +95,9 @@ class LossConfig:
     of z in all pixels, as the paper's release does."""
     virtual_view_every: int = 4
     """Steps between two distillations on a virtual view, which lies off the path between two
-    training cameras. 0 distils on the photos' views in every step instead, as in the paper; so does
-    any value if no two cameras look at the same things."""
+    training cameras, in the first half of the run: then the photos alone have the details, in which
+    the student becomes better than its teacher. 0 distils on the photos' views in every step
+    instead, as in the paper; so does any value if no two cameras look at the same things."""
     front_weight: float = 0.1
     """Weight of the L1 distance to the teacher's coverage before planes of random depth, at least
     0; not with `blend=sorted`. It keeps Gaussians of little weight from standing in front of

@@ -48,6 +48,7 @@ REGRESSION_STEPS = 400  # that fit colour networks to harmonics, at most a fifth
 CODEBOOK_LRS = {"scale": 1e-3, "opacity": 1e-3, "rotation": 5e-4, "appearance": 1e-3}
 LOBE_CODEBOOK_LR_RATIO = 0.25
 COLOR_DECODER_LR = 1e-3
+VIRTUAL_UNTIL = 0.5  # share of a run with distillation at virtual views
 FRONT_EVERY = 4  # steps between two comparisons of the coverage before planes
 SPARSE_EVERY = 4  # steps between two gradients of the rate term, and of overdraw, times 4
 
@@ -62,6 +63,7 @@ class Student:
         (1 - ssim_weight) L1 + ssim_weight (1 - SSIM)           at each photo
         + distill_weight L1(teacher's colours)
         + depth_weight Var(log-depth - teacher's log-depth)     at virtual views, in some steps
+                                                                of the first half
         + front_weight L1(teacher's coverage before a plane)    at a view, in some steps
         + overdraw_weight (area of ellipses) + lambda (bits per Gaussian)
         + 0.01 |change of the photo's colours|^2                where exposures are learned
@@ -123,7 +125,7 @@ class Student:
             between = virtual_cameras(self.cameras, seed)
             off_path = move_off_path(between, gaussians.means, seed)
             self.virtual_cameras = [_reduced(camera) for camera in off_path]
-        self.front_cameras = self.virtual_cameras or [_reduced(each) for each in self.cameras]
+        self._reduced_cameras = [_reduced(camera) for camera in self.cameras]
         if start := config.view_dependence.start_opacity:
             opacities = torch.full_like(gaussians.logit_opacities, start)
             gaussians = replace(gaussians, logit_opacities=opacities.logit())
@@ -309,6 +311,11 @@ class Student:
         return self.config.loss.distill_weight != 0 or self.config.loss.depth_weight != 0
 
     @property
+    def front_cameras(self) -> list[Camera]:
+        """The cameras before which coverages are compared: the virtual ones, if there are some."""
+        return self.virtual_cameras or self._reduced_cameras
+
+    @property
     def _has_front_term(self) -> bool:
         """True if the loss compares the coverage before planes with the teacher's."""
         return self.config.loss.front_weight > 0 and self.config.blend != "sorted"
@@ -360,8 +367,12 @@ class Student:
 
     def _pick_virtual_view(self) -> int | None:
         """Return the index of this step's virtual camera, at random; None in steps without one."""
-        every = self.config.loss.virtual_view_every
-        if not (self._distils and self.virtual_cameras) or self.done % every:
+        if not (self._distils and self.virtual_cameras):
+            return None
+        if (
+            self.done % self.config.loss.virtual_view_every
+            or self.done >= VIRTUAL_UNTIL * self.steps
+        ):
             return None
         return self._pick(self.virtual_cameras)
 
