@@ -201,10 +201,16 @@ DEPARTURES = (
         "sums in float16; no flashes when the camera passes close to a Gaussian",
     ),
     Departure(
-        "distillation on virtual views",
+        "distillation on virtual views, in the first half",
         "loss.virtual_view_every=4",
         "between the photos there is nothing else to learn from",
         ("late-rate-term", "paper-distillation"),
+    ),
+    Departure(
+        "coverage before planes is compared",
+        "loss.front_weight=0.1",
+        "light is not lost in front of surfaces, where meshes and other scenes show it",
+        ("ours", "no-front"),
     ),
     Departure(
         "overdraw term",
