@@ -89,7 +89,7 @@ def read_plain_with_cameras(
     if path.suffix.lower() == ".mgs":
         raise InputError(
             f"{path} is a .mgs: a plain 3DGS scene is needed, like a .ply; "
-            f"`mobilegs export {path} --to ply` makes one of it"
+            f"`mobilegs export {path} --to ply -o NEW.ply` makes one of it"
         )
     scene, cameras = _open_plain(path, device)
     if not len(scene.gaussians):
