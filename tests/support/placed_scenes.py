@@ -121,7 +121,8 @@ def sums_of(scenes: list[Placed], camera: Camera, limits: torch.Tensor | float =
             added = (alphas * weights[rows]) @ torch.cat([part.colors, parts], 1)
             sums[band] += added.reshape(*size, 6)
             passed[band] += torch.log1p(-alphas).sum(1).reshape(*size, 1)
-    return Sums(sums[..., :3], *sums[..., 3:].unbind(2), passed.exp()[..., 0])
+    proximity, square, weight = sums[..., 3:].unbind(2)
+    return Sums(sums[..., :3], proximity, square, weight, passed.exp()[..., 0])
 
 
 def depth_planes(scene: Scene, view: Camera, projected: Projected) -> torch.Tensor:
