@@ -71,7 +71,7 @@ const smaller = {
     onLoad({ filter: /[\\/]template\.js$/ }, ({ path }) => ({
       contents: readFileSync(path, "utf8").replace(/\n\s+/g, "\n"),
     }));
-    onLoad({ filter: /_texts\.js$/ }, ({ path }) => ({ contents: slim(readFileSync(path, "utf8")) }));
+    onLoad({ filter: /_texts\.js$/ }, ({ path }) => ({ contents: tight(slim(readFileSync(path, "utf8"))) }));
   },
 };
 
