@@ -20,7 +20,8 @@ from mobilegs.camera import Camera
 from mobilegs.render import render_sortfree
 from mobilegs.render.scene import Scene
 
-# Half of a slab's extent, in standard deviations of the proximity (bench/layers.py)
+# Half of a slab's extent, in standard deviations of the proximity. Outlines have two depths, which
+# make the deviation large: with more, slabs overlap whose surfaces are apart.
 EXTENT = 0.4
 TRANSMITTANCE_MIN = 1e-4  # of a layer, so that its density is finite
 THIN = 1e-4  # least half of a slab's extent, in its proximity
