@@ -83,6 +83,20 @@ def memory_rows(cells: dict[str, Any]) -> Rows:
     ]
 
 
+def step_rows(rows: dict[str, Any]) -> Rows:
+    """Return times and counts of training steps on a CPU."""
+    return [
+        [
+            name.replace(" ", " | "),
+            f"{row['gaussians']:,}",
+            number(row["ms"], 1),
+            number(row["ms"] / row["reference_ms"], 2) if "reference_ms" in row else "-",
+            *(number(row[key], 0) for key in ("operations", "native", "megabytes")),
+        ]
+        for name, row in rows.items()
+    ]
+
+
 def kernel_rows(rows: dict[str, Any]) -> Rows:
     """Return the CPU kernels' milliseconds."""
     return [
@@ -263,7 +277,7 @@ def blocks(results: dict[str, Any]) -> dict[str, str]:
         return f"`python -m bench.{module}`, {origin_of(rows)}:\n\n{table(head, rows_of(rows))}"
 
     def gpu(part: dict[str, Any], module: str, about: str, rows_of: Any, head: str) -> str:
-        origin = f"`python -m bench.gpu.{module}`, {part['date']}, {part['device']}"
+        origin = f"`python -m {module}`, {part['date']}, {part['device']}"
         return f"{origin}, {about}:\n\n{table(head, rows_of(part['rows']))}"
 
     h200, steps = results["gpu_h200"], results["gpu_h100"]["steps"]
@@ -293,7 +307,7 @@ def blocks(results: dict[str, Any]) -> dict[str, str]:
         ),
         "gpu": gpu(
             h200["kernels"],
-            "kernels",
+            "bench.gpu.kernels",
             f"{at}, torch {h200['torch']}, medians in ms",
             gpu_rows,
             " | ".join(
@@ -303,7 +317,7 @@ def blocks(results: dict[str, Any]) -> dict[str, str]:
         ),
         "gpu_frames": gpu(
             h200["frames"],
-            "frames",
+            "bench.gpu.frames",
             f"{at}, bonsai at {size_of(h200['frames']['image_size'])}, medians of "
             f"{h200['frames']['cameras']} held-back cameras",
             gpu_frame_rows,
@@ -311,10 +325,16 @@ def blocks(results: dict[str, Any]) -> dict[str, str]:
         ),
         "gpu_steps": gpu(
             steps,
-            "steps",
+            "bench.gpu.steps",
             f"at {results['gpu_h100']['commit']}, bonsai at 800x533, a profile of 15 steps each",
             gpu_step_rows,
             " | ".join(["", *steps["rows"]]),
+        ),
+        "steps": block(
+            "steps",
+            "steps",
+            step_rows,
+            "part | size | Gaussians | ms | of the reference's | operations | native calls | MB",
         ),
         "viewer": block(
             "viewer",

@@ -5,6 +5,7 @@ pixel in column 3 covers [3, 4), its centre is 3.5). Depth is the z of camera sp
 distance to the camera.
 """
 
+import math
 from dataclasses import dataclass, replace
 
 import torch
@@ -26,6 +27,7 @@ class Camera:
         width, height: size of the image in pixels.
         near: near plane in world units: Gaussians with a camera-space z of the mean up to it are
             not rendered.
+        far: far plane in world units: nor are Gaussians from it on.
     """
 
     viewmat: Float[Tensor, "4 4"]
@@ -33,6 +35,7 @@ class Camera:
     width: int
     height: int
     near: float = NEAR
+    far: float = math.inf
 
     @property
     def position(self) -> Float[Tensor, "3"]:

@@ -1,10 +1,33 @@
-"""Devices of PyTorch, as options name them."""
+"""Devices of PyTorch, as options name them, and numbers that a program needs from them."""
 
 import torch
+from torch import Tensor
+from torch.utils.weak import WeakIdKeyDictionary
 
 from mobilegs.errors import InputError
 
 Device = str  # auto, cpu, cuda or cuda:N; see `choose_device`
+
+_read = WeakIdKeyDictionary()  # version and numbers of each tensor that was read
+
+
+def host_values(tensor: Tensor) -> list[float]:
+    """Return the numbers of a small tensor, row by row.
+
+    They are read once, until an operation changes the tensor in place: on a GPU each reading waits
+    for all that was started before.
+    """
+    if tensor.is_inference():  # has no version
+        return tensor.double().flatten().tolist()
+    known = _read.get(tensor)
+    if known is None or known[0] != tensor._version:
+        known = _read[tensor] = (tensor._version, tensor.detach().double().flatten().tolist())
+    return known[1]
+
+
+def free_bytes(device: torch.device) -> int:
+    """Return the free memory of a GPU in bytes."""
+    return torch.cuda.mem_get_info(device)[0]
 
 
 def choose_device(name: Device) -> torch.device:

@@ -9,6 +9,7 @@ from hypothesis import settings
 
 pytest_plugins = [
     "tests.support.browser",
+    "tests.support.cuda_on_host",
     "tests.support.gpus",
     "tests.support.quantized_scenes",
     "tests.support.runs",

@@ -2,7 +2,7 @@
 
     python -m bench.gpu.kernels [--json OUT] [--by gsplat] [--counts 100000 400000 1000000]
 
-A row also has the time of each kernel; the rest are torch's sorts and scans, and the launches.
+A row also has the time of each kernel; the rest are launches.
 With `--by gsplat` that package's sorted rasteriser is timed on the same scenes, and its times
 join the same rows. OUT is written after every row.
 """

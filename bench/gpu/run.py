@@ -25,6 +25,11 @@ from mobilegs.atomic import atomic_write
 
 INSTALL = "run `pip install '.[cuda,dev]'`"
 GRACE_SECONDS = 60  # in which a stopped training writes its checkpoint
+TESTS = (
+    "tests/render/test_cuda.py",
+    "tests/train/test_cuda_losses_on_host.py",
+    "tests/train/student/test_program_on_gpu.py",
+)
 PAPER_ROWS = ("teacher", "ours", "codebooks", "network")
 
 
@@ -55,11 +60,12 @@ def parts_of(out: Path, data: Path | None, minutes: float) -> list[Part]:
     frames = (*files, "--capture", capture, "--json", out / "frames.json")
     kernels = ("--json", out / "kernels.json")
     tests = ("-m", "gpu", "-q", "-W", "default", f"--junitxml={out / 'tests.xml'}")
-    length = ("--minutes", minutes, "--device", "cuda")
+    on_gpu = ("--device", "cuda")
+    length = ("--minutes", minutes, *on_gpu)
     paper = ("--scenes", "full", "--rows", *PAPER_ROWS, "--runs", out / "paper", "--data", data)
     trained = (scene, teacher)
     return [
-        Part("tests", module_words("pytest", *tests, "tests/render/test_cuda.py")),
+        Part("tests", module_words("pytest", *tests, *TESTS)),
         Part("kernels", module_words("bench.gpu.kernels", *kernels)),
         Part("kernels-gsplat", module_words("bench.gpu.kernels", *kernels, "--by", "gsplat")),
         Part(
@@ -69,8 +75,8 @@ def parts_of(out: Path, data: Path | None, minutes: float) -> list[Part]:
         ),
         Part(
             "steps",
-            module_words("bench.gpu.steps", capture, "--json", out / "steps.json"),
-            (capture,),
+            module_words("bench.steps", capture, teacher, "--json", out / "steps.json", *on_gpu),
+            (capture, teacher),
         ),
         Part("frames", module_words("bench.gpu.frames", *frames), (capture, *trained)),
         Part(

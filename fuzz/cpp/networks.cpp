@@ -14,7 +14,7 @@
 
 namespace {
 
-constexpr int COUNT_MOST = 2 * TILE + 3;
+constexpr int COUNT_MOST = 2 * GROUP + 3;
 constexpr int ENTRIES_MOST = 40, COORDINATES = 3, COLUMNS_MOST = 6;
 constexpr int CODE_MAX = 1 << 14;               // the largest magnitude of a code in a file
 constexpr float STEP_MIN = 1e-5f, STEP_MAX = 1e3f;  // the step sizes that a file may have

@@ -21,7 +21,8 @@ from torch import Tensor
 from mobilegs.errors import InputError
 from mobilegs.gaussians import Gaussians
 
-INTERFACE = 3  # MGS_INTERFACE of decode.h
+CPU = torch.device("cpu")
+INTERFACE = 7  # MGS_INTERFACE of decode.h
 
 # newest first: (name, flags of /proc/cpuinfo that it needs); as CMakeLists.txt builds them
 BUILDS = {
@@ -142,14 +143,17 @@ def supports(*tensors: Tensor) -> bool:
 
 
 def validate(
-    tensor: Tensor | np.ndarray, *shape: int, dtype: torch.dtype | type = torch.float32
+    tensor: Tensor | np.ndarray,
+    *shape: int,
+    dtype: torch.dtype | type = torch.float32,
+    device: torch.device = CPU,
 ) -> None:
-    """Raise InputError unless C++ can read or write these numbers: shape, type, and on the CPU."""
-    on_cpu = isinstance(tensor, np.ndarray) or tensor.device.type == "cpu"
-    if not on_cpu or tuple(tensor.shape) != shape or tensor.dtype != dtype:
+    """Raise InputError unless a kernel can read or write these numbers: shape, type, and device."""
+    place = CPU if isinstance(tensor, np.ndarray) else tensor.device
+    if (place, tuple(tensor.shape), tensor.dtype) != (device, shape, dtype):
         raise InputError(
-            f"numbers of shape {list(tensor.shape)}, {tensor.dtype}, were given: {list(shape)}, "
-            f"{dtype}, on the CPU was expected"
+            f"numbers of shape {list(tensor.shape)}, {tensor.dtype}, on {place} were given: "
+            f"{list(shape)}, {dtype}, on {device} was expected"
         )
 
 

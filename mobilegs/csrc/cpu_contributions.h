@@ -26,7 +26,7 @@ MGS_FN int accumulate_entry(const Splat& s, int id, int left, int top, int right
   float x = left + 0.5f - s.x;
   for (int row = from; row < to; row++) {
     if (!(alive >> row & 1)) continue;
-    Row line = row_of(s, top + row + 0.5f - s.y);
+    Row<float> line = row_of(s, top + row + 0.5f - s.y);
     bool open = false;
     for (int l = 0; l < TILE; l += LANES) {
       int at = row * TILE + l;

@@ -10,31 +10,29 @@ namespace {
 template <bool DEPTH>
 constexpr int sorted_channels = DEPTH ? 5 : 4;
 
-// One entry of a tile's list, forward. Returns the rows that are not finished (T >= 1e-4).
+// One entry of a tile's list, forward. Returns the patches that are not finished (T >= 1e-4).
 template <bool DEPTH>
-MGS_FN int sorted_entry(const Splat& s, int left, int top, int alive, float* sums) {
+MGS_FN Patches sorted_entry(const Splat& s, int left, int top, Patches alive, float* sums) {
   constexpr int C = sorted_channels<DEPTH>;
-  const vfloat lanes = iota();
-  int from = std::max(s.y0 - top, 0), to = std::min(s.y1 - top, TILE);
-  float x = left + 0.5f - s.x;
-  for (int row = from; row < to; row++) {
-    if (!(alive >> row & 1)) continue;
-    Row line = row_of(s, top + row + 0.5f - s.y);
-    float* p = sums + row * C * TILE;
-    bool open = false;
-    for (int l = 0; l < TILE; l += LANES, p += LANES) {
-      vfloat alpha = pair_alpha(lanes + (x + l), line), t = load(p + 3 * TILE);
+  PatchBox box(s, left, top);
+  for (int x = box.x0; x < box.x1; x++) {
+    Row<vfloat> columns = columns_of(s, patch_x() + (left + PATCH * x + 0.5f - s.x));
+    for (int y = box.y0; y < box.y1; y++) {
+      int patch = y * PATCHES_ACROSS + x;
+      if (!(alive >> patch & 1)) continue;
+      float* p = sums + patch * C * LANES;
+      vfloat dy = patch_y() + (top + PATCH_ROWS * y + 0.5f - s.y);
+      vfloat alpha = pair_alpha(dy, columns), t = load(p + 3 * LANES);
       alpha = min_of(alpha, splat_value(alpha, ALPHA_MAX));
       vfloat share = select(t >= TRANSMITTANCE_MIN, alpha * t, splat_value(t, 0.0f));
       store(p, load(p) + share * s.r);
-      store(p + TILE, load(p + TILE) + share * s.g);
-      store(p + 2 * TILE, load(p + 2 * TILE) + share * s.b);
-      if (DEPTH) store(p + 4 * TILE, load(p + 4 * TILE) + share * s.z);
+      store(p + LANES, load(p + LANES) + share * s.g);
+      store(p + 2 * LANES, load(p + 2 * LANES) + share * s.b);
+      if (DEPTH) store(p + 4 * LANES, load(p + 4 * LANES) + share * s.z);
       t -= share;
-      store(p + 3 * TILE, t);
-      open |= any_at_least(t, TRANSMITTANCE_MIN);
+      store(p + 3 * LANES, t);
+      if (!any_at_least(t, TRANSMITTANCE_MIN)) alive &= ~(Patches(1) << patch);
     }
-    if (!open) alive &= ~(1 << row);
   }
   return alive;
 }
@@ -47,23 +45,21 @@ void sorted_forward(const View& view, const Bins& bins, const Splat* splats, flo
   auto draw = [&](int tile) {
     float* tile_sums = sums + (int64)tile * TILE * C * TILE;
     int left = tile % tiles.across * TILE, top = tile / tiles.across * TILE;
-    for (int row = 0; row < TILE; row++)
-      for (int c = 0; c < C; c++)
-        std::fill_n(tile_sums + (row * C + c) * TILE, TILE, c == 3 ? 1.0f : 0.0f);
-    int alive = (1 << TILE) - 1;
-    for (int64 e = bins.start[tile]; e < bins.start[tile + 1] && alive; e++)
-      alive = sorted_entry<DEPTH>(splats[bins.ids[e]], left, top, alive, tile_sums);
-    for (int row = 0; row < TILE && top + row < view.height; row++) {
-      const float* p = tile_sums + row * C * TILE;
-      int64 at = (int64)(top + row) * view.width + left;
-      for (int l = 0; l < TILE && left + l < view.width; l++) {
-        float t = p[3 * TILE + l];
-        for (int k = 0; k < 3; k++)
-          image[3 * (at + l) + k] = p[k * TILE + l] + t * view.background[k];
-        alpha[at + l] = 1 - t;
-        if (DEPTH) depth[at + l] = p[(C - 1) * TILE + l];
-      }
+    clear_patches<C>(tile_sums, 3);
+    Patches alive = ALL_PATCHES;
+    for (int64 e = bins.start[tile], end = bins.start[tile + 1]; e < end && alive; e++) {
+      const Splat& s = splat_of(bins, e, end, splats);
+      alive = sorted_entry<DEPTH>(s, left, top, alive, tile_sums);
     }
+    for (int row = 0; row < TILE && top + row < view.height; row++)
+      for (int x = 0; x < TILE && left + x < view.width; x++) {
+        const float* p = patch_row<C>(tile_sums, row, x / PATCH) + x % PATCH;
+        int64 at = (int64)(top + row) * view.width + left + x;
+        float t = p[3 * LANES];
+        for (int k = 0; k < 3; k++) image[3 * at + k] = p[k * LANES] + t * view.background[k];
+        alpha[at] = 1 - t;
+        if (DEPTH) depth[at] = p[(C - 1) * LANES];
+      }
   };
   parallel_for(tiles.count, 4, [&](int64 from, int64 to) {
     FlushDenormals flush;
@@ -79,66 +75,66 @@ template <bool DEPTH>
 void start_walk(const View& view, const float* sums, int left, int top, const float* g_image,
                 const float* g_alpha, const float* g_depth, float* walk) {
   constexpr int C = sorted_channels<DEPTH>;
-  std::fill_n(walk, TILE * WALK * TILE, 0.0f);
-  for (int row = 0; row < TILE; row++) {
-    const float* p = sums + row * C * TILE;
-    float* w = walk + row * WALK * TILE;
-    for (int l = 0; l < TILE; l++) {
-      w[4 * TILE + l] = 1;
-      if (top + row >= view.height || left + l >= view.width) continue;
-      int64 at = (int64)(top + row) * view.width + left + l;
-      float t = p[3 * TILE + l], rest = -g_alpha[at] * t;
+  clear_patches<WALK>(walk, 4);
+  for (int row = 0; row < TILE && top + row < view.height; row++)
+    for (int x = 0; x < TILE && left + x < view.width; x++) {
+      const float* p = patch_row<C>(sums, row, x / PATCH) + x % PATCH;
+      float* w = patch_row<WALK>(walk, row, x / PATCH) + x % PATCH;
+      int64 at = (int64)(top + row) * view.width + left + x;
+      float t = p[3 * LANES], rest = -g_alpha[at] * t;
       for (int k = 0; k < 3; k++) {
         float g = g_image[3 * at + k];
-        w[k * TILE + l] = g;
-        rest += g * (p[k * TILE + l] + t * view.background[k]);
+        w[k * LANES] = g;
+        rest += g * (p[k * LANES] + t * view.background[k]);
       }
       if (DEPTH) {
-        w[5 * TILE + l] = g_depth[at];
-        rest += g_depth[at] * p[(C - 1) * TILE + l];
+        w[5 * LANES] = g_depth[at];
+        rest += g_depth[at] * p[(C - 1) * LANES];
       }
-      w[3 * TILE + l] = rest;
+      w[3 * LANES] = rest;
     }
-  }
 }
 
-// One entry, backward. Adds to `sums` and returns the rows that are not finished.
+// One entry, backward. Adds to `sums` and returns the patches that are not finished.
 template <bool DEPTH>
-MGS_FN int sorted_entry_adjoint(const Splat& s, int left, int top, int alive, float* walk,
-                                Sums<vfloat>& sums) {
-  const vfloat lanes = iota();
-  int from = std::max(s.y0 - top, 0), to = std::min(s.y1 - top, TILE);
-  float x = left + 0.5f - s.x;
-  for (int row = from; row < to; row++) {
-    if (!(alive >> row & 1)) continue;
-    float dy = top + row + 0.5f - s.y;
-    Row line = row_of(s, dy);
-    float* p = walk + row * WALK * TILE;
-    bool open = false;
-    for (int l = 0; l < TILE; l += LANES, p += LANES) {
-      vfloat dx = lanes + (x + l), raw = pair_alpha(dx, line), t = load(p + 4 * TILE);
+MGS_FN Patches sorted_entry_adjoint(const Splat& s, int left, int top, Patches alive, float* walk,
+                                    Sums<vfloat>& sums) {
+  PatchBox box(s, left, top);
+  for (int x = box.x0; x < box.x1; x++) {
+    vfloat dx = patch_x() + (left + PATCH * x + 0.5f - s.x), q = {}, qy = {};
+    Row<vfloat> columns = columns_of(s, dx);
+    for (int y = box.y0; y < box.y1; y++) {
+      int patch = y * PATCHES_ACROSS + x;
+      if (!(alive >> patch & 1)) continue;
+      vfloat dy = patch_y() + (top + PATCH_ROWS * y + 0.5f - s.y);
+      float* p = walk + patch * WALK * LANES;
+      vfloat raw = pair_alpha(dy, columns), t = load(p + 4 * LANES);
       raw = select(t >= TRANSMITTANCE_MIN, raw, splat_value(raw, 0.0f));
       vfloat alpha = min_of(raw, splat_value(raw, ALPHA_MAX)), share = alpha * t;
-      vfloat g_r = load(p), g_g = load(p + TILE), g_b = load(p + 2 * TILE);
+      vfloat g_r = load(p), g_g = load(p + LANES), g_b = load(p + 2 * LANES);
       sums.r += share * g_r;
       sums.g += share * g_g;
       sums.b += share * g_b;
       vfloat value = g_r * s.r + g_g * s.g + g_b * s.b;
       if (DEPTH) {
-        vfloat g_z = load(p + 5 * TILE);
+        vfloat g_z = load(p + 5 * LANES);
         sums.z += share * g_z;
         value += g_z * s.z;
       }
-      vfloat rest = load(p + 3 * TILE) - share * value;
+      vfloat rest = load(p + 3 * LANES) - share * value;
       t -= share;
-      store(p + 3 * TILE, rest);
-      store(p + 4 * TILE, t);
-      open |= any_at_least(t, TRANSMITTANCE_MIN);
+      store(p + 3 * LANES, rest);
+      store(p + 4 * LANES, t);
+      if (!any_at_least(t, TRANSMITTANCE_MIN)) alive &= ~(Patches(1) << patch);
       // dL/dalpha = T value - rest / (1 - alpha), times alpha
       vfloat g_q = share * value - alpha * rest * reciprocal(1.0f - alpha);
-      add_moments(sums, select(raw > ALPHA_MAX, splat_value(raw, 0.0f), g_q), dx, dy);
+      g_q = select(raw > ALPHA_MAX, splat_value(raw, 0.0f), g_q);
+      vfloat g_y = g_q * dy;
+      q += g_q;
+      qy += g_y;
+      sums.qyy += g_y * dy;
     }
-    if (!open) alive &= ~(1 << row);
+    add_columns(sums, q, qy, dx);
   }
   return alive;
 }
@@ -162,11 +158,11 @@ void sorted_backward(const View& view, int n, const Inputs& in, const Splat* spl
       int left = tile % tiles.across * TILE, top = row * TILE;
       start_walk<DEPTH>(view, sums + (int64)tile * TILE * C * TILE, left, top, g_image, g_alpha,
                         g_depth, walk);
-      int alive = (1 << TILE) - 1;
+      Patches alive = ALL_PATCHES;
       int64 end = bins.start[tile + 1];
       for (int64 e = bins.start[tile]; e < end && alive; e++) {
         int id = bins.ids[e];
-        const Splat& s = splats[id];
+        const Splat& s = splat_of(bins, e, end, splats);
         Sums<vfloat> entry = {};
         alive = sorted_entry_adjoint<DEPTH>(s, left, top, alive, walk, entry);
         Sums<float> found = reduce(entry);
@@ -176,19 +172,13 @@ void sorted_backward(const View& view, int n, const Inputs& in, const Splat* spl
       }
     }
   });
-  parallel_for(n, 1024, [&](int64 from, int64 to) {
-    FlushDenormals flush;
-    for (int64 i = from; i < to; i++) {
-      if (!visible(splats[i])) {
-        write_zero_gradients(view, i, out);
-        continue;
-      }
-      Sums<float> total = {};
-      for (int slot = first[i]; slot < first[i + 1]; slot++)
-        if (reached[slot]) add(total, partial[slot]);
-      write_gradients(view, i, in, splats[i], splat_grad(total, splats[i], false), out);
-    }
-  });
+  auto total_of = [&](int64 i) {
+    Sums<float> total = {};
+    for (int slot = first[i]; slot < first[i + 1]; slot++)
+      if (reached[slot]) add(total, partial[slot]);
+    return total;
+  };
+  write_gradients(view, n, in, splats, false, total_of, out);
 }
 
 }  // namespace

@@ -19,29 +19,36 @@ int planes(const Tiles& tiles) {
   return channels<DEPTH, SURFACES> + (tiles.levels > 1);
 }
 
+// Calls work(patch, alpha) for the patches of the tile at (left, top) that a splat's box touches.
+template <class Work>
+MGS_FN void for_patches(const Splat& s, int left, int top, Work work) {
+  PatchBox box(s, left, top);
+  for (int x = box.x0; x < box.x1; x++) {
+    Row<vfloat> columns = columns_of(s, patch_x() + (left + PATCH * x + 0.5f - s.x));
+    for (int y = box.y0; y < box.y1; y++)
+      work(y * PATCHES_ACROSS + x,
+           pair_alpha(patch_y() + (top + PATCH_ROWS * y + 0.5f - s.y), columns));
+  }
+}
+
 // First pass of TWO_PASS over a tile: finds the nearest surface of every pixel, where T becomes 0.
 template <int C>
 void find_surfaces(const View& view, const Bins& bins, int tile, int left, int top,
                    const Splat* splats, float* sums) {
-  for (int row = 0; row < TILE; row++)
-    std::fill_n(sums + (row * C + C - 1) * TILE, TILE, NO_SURFACE);
-  const vfloat lanes = iota(), zero = {};
+  const vfloat zero = {};
+  for (int patch = 0; patch < PATCHES; patch++)
+    store(sums + (patch * C + C - 1) * LANES, splat_value(zero, NO_SURFACE));
   for (int64 e = bins.start[tile]; e < bins.start[tile + 1]; e++) {
     const Splat& s = splats[bins.ids[e]];
     if (s.log2_opacity < -1) continue;  // SURFACE_ALPHA is 1/2
     float edge = edge_of(view, s);
-    int from = std::max(s.y0 - top, 0), to = std::min(s.y1 - top, TILE);
     vfloat own_limit = splat_value(zero, limit_of(s));
-    for (int row = from; row < to; row++) {
-      Row line = row_of(s, top + row + 0.5f - s.y);
-      float *t = sums + (row * C + 4) * TILE, *limit = sums + (row * C + C - 1) * TILE;
-      for (int l = 0; l < TILE; l += LANES) {
-        vfloat raw = pair_alpha(lanes + (left + l + 0.5f - s.x), line);
-        vint none = finish_alpha(raw, edge) < SURFACE_ALPHA;
-        store(t + l, select(none, load(t + l), zero));
-        store(limit + l, select(none, load(limit + l), min_of(load(limit + l), own_limit)));
-      }
-    }
+    for_patches(s, left, top, [&](int patch, vfloat raw) {
+      float *t = sums + (patch * C + 4) * LANES, *limit = sums + (patch * C + C - 1) * LANES;
+      vint none = finish_alpha(raw, edge) < SURFACE_ALPHA;
+      store(t, select(none, load(t), zero));
+      store(limit, select(none, load(limit), min_of(load(limit), own_limit)));
+    });
   }
 }
 
@@ -49,40 +56,38 @@ template <bool DEPTH, bool SURFACES>
 void sortfree_tile(const View& view, const Bins& bins, int tile, int left, int top,
                    const Splat* splats, float* sums) {
   constexpr int C = channels<DEPTH, SURFACES>;
-  for (int row = 0; row < TILE; row++)
-    for (int c = 0; c < C; c++)
-      std::fill_n(sums + (row * C + c) * TILE, TILE, c == 4 ? 1.0f : 0.0f);
+  clear_patches<C>(sums, 4);
   if (SURFACES) find_surfaces<C>(view, bins, tile, left, top, splats, sums);
-  const vfloat lanes = iota();
-  for (int64 e = bins.start[tile]; e < bins.start[tile + 1]; e++) {
-    const Splat& s = splats[bins.ids[e]];
-    int from = std::max(s.y0 - top, 0), to = std::min(s.y1 - top, TILE);
-    float x = left + 0.5f - s.x, edge = edge_of(view, s);
-    float r = s.weight * s.r, g = s.weight * s.g, b = s.weight * s.b, w = s.weight;
-    float z = s.weight * s.z;
-    for (int row = from; row < to; row++) {
-      Row line = row_of(s, top + row + 0.5f - s.y);
-      float* p = sums + row * C * TILE;
-      for (int l = 0; l < TILE; l += LANES, p += LANES) {
-        vfloat alpha = pair_alpha(lanes + (x + l), line);
-        if (SURFACES) alpha = select(load(p + (C - 1) * TILE) < s.z, vfloat{}, alpha);
-        alpha = finish_alpha(alpha, edge);
-        store(p, load(p) + alpha * r);
-        store(p + TILE, load(p + TILE) + alpha * g);
-        store(p + 2 * TILE, load(p + 2 * TILE) + alpha * b);
-        store(p + 3 * TILE, load(p + 3 * TILE) + alpha * w);
-        vfloat t = load(p + 4 * TILE);
-        store(p + 4 * TILE, t - t * alpha);
-        if (DEPTH) store(p + 5 * TILE, load(p + 5 * TILE) + alpha * z);
-      }
-    }
+  for (int64 e = bins.start[tile], end = bins.start[tile + 1]; e < end; e++) {
+    const Splat& s = splat_of(bins, e, end, splats);
+    float edge = edge_of(view, s), w = s.weight;
+    float r = w * s.r, g = w * s.g, b = w * s.b, z = w * s.z;
+    for_patches(s, left, top, [&](int patch, vfloat alpha) {
+      float* p = sums + patch * C * LANES;
+      if (SURFACES) alpha = select(load(p + (C - 1) * LANES) < s.z, vfloat{}, alpha);
+      alpha = finish_alpha(alpha, edge);
+      store(p, load(p) + alpha * r);
+      store(p + LANES, load(p + LANES) + alpha * g);
+      store(p + 2 * LANES, load(p + 2 * LANES) + alpha * b);
+      store(p + 3 * LANES, load(p + 3 * LANES) + alpha * w);
+      vfloat t = load(p + 4 * LANES);
+      store(p + 4 * LANES, t - t * alpha);
+      if (DEPTH) store(p + 5 * LANES, load(p + 5 * LANES) + alpha * z);
+    });
   }
 }
 
-template <bool DEPTH>
-MGS_FN Pixel pixel_at(const float* row, int width, int x) {
-  const float* p = row + x;
-  return {p[0], p[width], p[2 * width], DEPTH ? p[5 * width] : 0.0f, p[3 * width], p[4 * width]};
+template <bool DEPTH, class V>
+MGS_FN Pixel<V> pixel_at(const float* p, int width) {
+  auto at = [=](int channel) { return load_as(p + channel * width, V{}); };
+  return {at(0), at(1), at(2), DEPTH ? at(5) : V{}, at(3), at(4)};
+}
+
+// Calls work(V, x) for the pixels [left, right): for LANES of them as long as there are so many.
+template <class Work>
+MGS_FN void for_pixels(int left, int right, Work work) {
+  for (; left + LANES <= right; left += LANES) work(vfloat{}, left);
+  for (; left < right; left++) work(0.0f, left);
 }
 
 // Adds a row of the next coarser target to row y of a target, both enlarged sums (render/levels.py,
@@ -115,11 +120,18 @@ void add_enlarged(const Grid& fine, const Grid& coarse, bool to_image, int y, co
 template <bool DEPTH>
 void resolve_row(const View& view, const float* row, int y, int left, int right, float* image,
                  float* alpha, float* depth) {
-  for (int x = left; x < right; x++) {
+  for_pixels(left, right, [&](auto zero, int x) {
+    using V = decltype(zero);
     int64 at = (int64)y * view.width + x;
-    sortfree_resolve(view, pixel_at<DEPTH>(row, view.width, x), image + 3 * at, alpha + at,
-                     DEPTH ? depth + at : nullptr);
-  }
+    V color[3], coverage, z;
+    sortfree_resolve(view, pixel_at<DEPTH, V>(row + x, view.width), color, &coverage,
+                     DEPTH ? &z : nullptr);
+    int lanes = lanes_of(zero);
+    lanes_to_rows((const float*)color, lanes, 3, lanes,
+                  [=](int i) { return image + 3 * (at + i); });
+    store(alpha + at, coverage);
+    if (DEPTH) store(depth + at, z);
+  });
 }
 
 template <bool DEPTH, bool SURFACES>
@@ -138,9 +150,12 @@ void sortfree_forward(const View& view, int n, const Splat* splats, float* sums,
     int wide = std::min(TILE, grid.width - left);
     for (int row = 0; row < TILE && top + row < grid.height; row++) {
       float* line = sums + (grid.first_pixel + (int64)(top + row) * grid.width) * stored;
-      for (int c = 0; c < C; c++)
-        std::memcpy(line + c * grid.width + left, tile_sums + (row * C + c) * TILE,
-                    sizeof(float) * wide);
+      for (int x = 0; x < wide; x += PATCH) {
+        const float* p = patch_row<C>(tile_sums, row, x / PATCH);
+        float* to = line + left + x;
+        for (int c = 0; c < C; c++)
+          std::copy_n(p + c * LANES, std::min(PATCH, wide - x), to + c * grid.width);
+      }
       if (tiles.levels == 1)
         resolve_row<DEPTH>(view, line, top + row, left, left + wide, image, alpha, depth);
     }
@@ -165,7 +180,8 @@ void sortfree_forward(const View& view, int n, const Splat* splats, float* sums,
 }
 
 // dL/d of the sums of every pixel of all levels: channel planes within each row, padded so that a
-// vector may start at any pixel. The plane of T holds T dL/dT, the last one of SURFACES the limits.
+// vector may start at any pixel, and rows of zeros below. The plane of T holds T dL/dT, the last one
+// of SURFACES the limits.
 struct PixelGradients {
   Buffer<float> values;
   int64 first[LEVELS];
@@ -175,7 +191,8 @@ struct PixelGradients {
   }
 };
 
-constexpr int PAD = 8;  // floats on each side of a row
+constexpr int SPARE_ROWS = LANES / 4 - 1;  // a vector holds at most that many below a box
+constexpr int PAD = 8;                     // floats on each side of a row
 
 // dL/d of a coarse row: the transpose of add_enlarged. `sum` has room for a row of the finer target
 // and PAD floats on each side.
@@ -217,23 +234,31 @@ PixelGradients pixel_gradients(const View& view, const Tiles& tiles, const float
   int64 size = 0;
   for (int l = 0; l < tiles.levels; l++) {
     grads.first[l] = size, grads.stride[l] = tiles.grids[l].width + LANES;
-    size += (int64)tiles.grids[l].height * C * grads.stride[l];
+    size += (int64)(tiles.grids[l].height + SPARE_ROWS) * C * grads.stride[l];
   }
   grads.values = Buffer<float>(size);
+  for (int l = 0; l < tiles.levels; l++)
+    std::fill_n(grads.row(l, tiles.grids[l].height, C), SPARE_ROWS * C * grads.stride[l], 0.0f);
   auto start_row = [&](int64 y) {
     const float* p = sums + (int64)y * stored * view.width;
     float* out = grads.row(0, y, C);
     int stride = grads.stride[0];
-    for (int x = 0; x < view.width; x++) {
+    for_pixels(0, view.width, [&](auto zero, int x) {
+      using V = decltype(zero);
       int64 at = (int64)y * view.width + x;
-      Pixel pixel = pixel_at<DEPTH>(p, view.width, x);
-      Pixel d = sortfree_pixel_adjoint(view, pixel, g_image + 3 * at, g_alpha[at],
-                                       DEPTH ? g_depth[at] : 0.0f);
-      out[x] = d.r, out[stride + x] = d.g, out[2 * stride + x] = d.b, out[3 * stride + x] = d.w;
-      out[4 * stride + x] = leveled ? d.t : d.t * pixel.t;
-      if (DEPTH) out[5 * stride + x] = d.z;
-      if (SURFACES) out[(C - 1) * stride + x] = p[(C - 1) * view.width + x];
-    }
+      int lanes = lanes_of(zero);
+      V g_color[3];
+      rows_to_lanes([=](int i) { return g_image + 3 * (at + i); }, 3, lanes, (float*)g_color, lanes);
+      Pixel<V> pixel = pixel_at<DEPTH, V>(p + x, view.width);
+      Pixel<V> d = sortfree_pixel_adjoint(view, pixel, g_color, load_as(g_alpha + at, zero),
+                                          DEPTH ? load_as(g_depth + at, zero) : zero);
+      float* to = out + x;
+      store(to, d.r), store(to + stride, d.g), store(to + 2 * stride, d.b);
+      store(to + 3 * stride, d.w), store(to + 4 * stride, leveled ? d.t : d.t * pixel.t);
+      if (DEPTH) store(to + 5 * stride, d.z);
+    });
+    if (SURFACES)
+      std::memcpy(out + (C - 1) * stride, p + (C - 1) * view.width, sizeof(float) * view.width);
     for (int c = 0; c < C; c++)
       std::fill_n(out + c * stride + view.width, stride - view.width, 0.0f);
   };
@@ -277,32 +302,59 @@ std::vector<int> screen_order(const View& view, int n, const Splat* splats) {
   return order;
 }
 
+// Adds what rows [from, to) of a box give, in columns of pixels from `x` on. A vector holds ROWS
+// rows of LANES / ROWS columns.
+template <bool DEPTH, bool SURFACES, int ROWS>
+MGS_FN void gather_columns(Sums<vfloat>& sums, const Splat& s, float edge,
+                           const PixelGradients& grads, int x, int from, int to) {
+  constexpr int C = channels<DEPTH, SURFACES>, WIDE = LANES / ROWS;
+  int stride = grads.stride[s.level];
+  int64 step = (int64)C * stride;
+  vfloat row = {}, dx = {};
+  for (int i = 0; i < LANES; i++) row[i] = i / WIDE, dx[i] = i % WIDE;
+  dx += x + 0.5f - s.x;
+  Row<vfloat> column = columns_of(s, dx);
+  vfloat q = {}, qy = {};
+  const float* p = grads.row(s.level, from, C) + x;
+  for (int y = from; y < to; y += ROWS, p += ROWS * step) {
+    vfloat dy = row + (y + 0.5f - s.y);
+    vfloat raw = pair_alpha(dy, column);
+    if (ROWS > 1) raw = select(row < (float)(to - y), raw, vfloat{});
+    if (SURFACES) raw = select(load_rows<ROWS>(p + (C - 1) * stride, step) < s.z, vfloat{}, raw);
+    vfloat g_z = DEPTH ? load_rows<ROWS>(p + 5 * stride, step) : vfloat{};
+    vfloat g_q = sortfree_pair_adjoint<DEPTH>(
+        sums, s, raw, edge, load_rows<ROWS>(p, step), load_rows<ROWS>(p + stride, step),
+        load_rows<ROWS>(p + 2 * stride, step), g_z, load_rows<ROWS>(p + 3 * stride, step),
+        load_rows<ROWS>(p + 4 * stride, step));
+    vfloat g_y = g_q * dy;
+    q += g_q;
+    qy += g_y;
+    sums.qyy += g_y * dy;
+  }
+  add_columns(sums, q, qy, dx);
+}
+
 template <bool DEPTH, bool SURFACES>
 MGS_FN Sums<float> sortfree_gather(const View& view, const Splat& s,
                                    const PixelGradients& grads) {
-  constexpr int C = channels<DEPTH, SURFACES>;
-  const vfloat lanes = iota();
   Sums<vfloat> sums = {};
-  float inverse_a = 1 / s.A, edge = edge_of(view, s);
-  int stride = grads.stride[s.level];
-  for (int y = s.y0; y < s.y1; y++) {
-    float dy = y + 0.5f - s.y;
-    float inside = s.reach * s.A - s.det * dy * dy;  // of the ellipse's quadratic in dx
-    if (inside < 0) continue;
-    float root = sqrtf(inside) * inverse_a, middle = s.x - s.B * inverse_a * dy;
-    int from = std::max((int)s.x0, (int)(middle - root - 0.51f));
-    int to = std::min((int)s.x1, (int)(middle + root - 0.49f) + 2);
-    Row line = row_of(s, dy);
-    const float* g = grads.row(s.level, y, C);
-    for (int x = from; x < to; x += LANES) {
-      vfloat dx = lanes + (x + 0.5f - s.x);
-      const float* p = g + x;
-      vfloat alpha = pair_alpha(dx, line);
-      if (SURFACES) alpha = select(load(p + (C - 1) * stride) < s.z, vfloat{}, alpha);
-      vfloat g_z = DEPTH ? load(p + 5 * stride) : vfloat{};
-      sortfree_pair_adjoint<DEPTH>(sums, s, alpha, edge, dx, dy, load(p), load(p + stride),
-                                   load(p + 2 * stride), g_z, load(p + 3 * stride),
-                                   load(p + 4 * stride));
+  float edge = edge_of(view, s);
+  int width = s.x1 - s.x0;
+  if (LANES >= 16 && width <= LANES / 4) {
+    gather_columns<DEPTH, SURFACES, LANES / 4>(sums, s, edge, grads, s.x0, s.y0, s.y1);
+  } else if (LANES >= 8 && width <= LANES / 2) {
+    gather_columns<DEPTH, SURFACES, 2>(sums, s, edge, grads, s.x0, s.y0, s.y1);
+  } else if (width <= LANES) {
+    gather_columns<DEPTH, SURFACES, 1>(sums, s, edge, grads, s.x0, s.y0, s.y1);
+  } else {
+    Splat turned = s;  // its rows are columns
+    std::swap(turned.x, turned.y), std::swap(turned.A, turned.C);
+    for (int x = s.x0; x < s.x1; x += LANES) {
+      float top, bottom;
+      row_span(turned, x + 0.5f, std::min(x + LANES, (int)s.x1) - 0.5f, top, bottom);
+      int from = std::max((int)s.y0, (int)(top - 0.51f));
+      int to = std::min((int)s.y1, (int)(bottom - 0.49f) + 2);
+      gather_columns<DEPTH, SURFACES, 1>(sums, s, edge, grads, x, from, to);
     }
   }
   return reduce(sums);
@@ -326,15 +378,7 @@ void sortfree_backward(const View& view, int n, const Inputs& in, const Splat* s
     }
   });
   // by index again: inputs and gradients are then read and written in order
-  parallel_parts(n, [&](int64 from, int64 to) {
-    FlushDenormals flush;
-    for (int64 i = from; i < to; i++) {
-      if (visible(splats[i]))
-        write_gradients(view, i, in, splats[i], splat_grad(totals[i], splats[i], true), out);
-      else
-        write_zero_gradients(view, i, out);
-    }
-  });
+  write_gradients(view, n, in, splats, true, [&](int64 i) { return totals[i]; }, out);
 }
 
 }  // namespace

@@ -1,63 +1,43 @@
 // The CUDA kernels, compiled by NVRTC at first use and launched by render/kernels/cuda.py. One
 // thread per pixel or Gaussian, or one warp per Gaussian; the arithmetic is in core.h and pairs.h.
-// No atomics: every sum has a fixed order, so equal inputs give equal bits. Tests compile the
-// kernels for two generations of GPUs and emulate them thread by thread on a CPU; none has run on a
-// GPU yet.
+// No atomics but to count: every sum has a fixed order, so equal inputs give equal bits. Tests
+// compile the kernels for two generations of GPUs and emulate them thread by thread on a CPU;
+// bench/gpu tests and times them on a GPU.
 #include "cuda_contributions.h"
+#include "cuda_lists.h"
+#include "cuda_loss.h"
 #include "cuda_sorted.h"
 #include "cuda_sortfree.h"
+#include "cuda_student.h"
+#include "cuda_terms.h"
 
-// `blocks` share a multiprocessor: 4 blocks leave 64 registers per thread. Without this bound,
-// ptxas spills registers of some kernels to fit one more block.
-#define KERNEL(threads, blocks) extern "C" __global__ void __launch_bounds__(threads, blocks)
-#define PARAM const __grid_constant__  // structs stay in the constant bank
-
-// One thread per Gaussian. Writes the number of tiles that it touches, and the tile of its box's
-// centre, which is the number of all tiles if it is not visible.
+// One thread per Gaussian. Writes the number of tiles that it touches, the sum of each block, and for
+// sorted blending numbers with the order of the depths: those of invisible Gaussians come last.
 KERNEL(THREADS, 4)
-mgs_project(PARAM View view, int n, PARAM Inputs in, Splat* splats, float* radii, int* counts,
-            int* center_tiles) {
+mgs_project(PARAM View view, int n, PARAM Inputs in, Splat* splats, float* radii, int* touched,
+            int* totals, int* depths) {
   int64 i = global_thread();
-  if (i >= n) return;
-  Splat s = {};
-  bool shown = project(view, in.means + 3 * i, in.quats + 4 * i, in.scales + 3 * i,
-                      in.opacities ? in.opacities[i] : 0.0f, in.sh + sh_floats(view) * i,
-                      in.lobes + 2 * view.lobe_size * i, s);
-  int touched = 0, tile = tile_count(view);
-  if (shown) {
-    Grid grid = grid_of(view, s.level);
-    for_tiles(s, grid, [&](int) { touched++; });
-    tile = center_tile(s, grid);
+  int count = 0;
+  if (i < n) {
+    Projected<float> found;
+    bool shown = project(view, in.means + 3 * i, in.quats + 4 * i, in.scales + 3 * i,
+                         in.opacities + i, in.sh + sh_floats(view) * i,
+                         more_of(view, in.sh, in.more, i), in.lobes + 2 * view.lobe_size * i, found);
+    Splat s = pack(found);
+    if (shown) for_tile_rows(s, grid_of(view, s.level), [&](int, int tiles) { count += tiles; });
+    if (count == 0) s.x0 = s.x1 = s.y0 = s.y1 = 0;  // the ellipse lies between pixels
+    splats[i] = s;
+    radii[i] = shown ? radius_of(found) : 0.0f;
+    touched[i] = count;
+    if (depths) depths[i] = count ? sortable(s.z) : -1;
   }
-  splats[i] = s;
-  radii[i] = shown ? radius_of(s) : 0.0f;
-  counts[i] = touched;
-  center_tiles[i] = tile;
-}
-
-// One thread per Gaussian, in `order`, or by index if it is null. Writes its tiles and its index to
-// its slots [ends[k - 1], ends[k]). The compiler may round for_tiles differently here than in
-// mgs_project and disagree on a tile that the ellipse just touches: no entry leaves the slots, and
-// an unused slot gets the tile after the last, which is not rendered.
-KERNEL(THREADS, 4)
-mgs_fill(PARAM View view, int n, const Splat* splats, const int64* order, const int64* ends,
-         int* tiles, int* ids) {
-  int64 k = global_thread();
-  if (k >= n) return;
-  int64 i = order ? order[k] : k, slot = k ? ends[k - 1] : 0, end = ends[k];
-  if (slot == end) return;
-  Splat s = splats[i];
-  for_tiles(s, grid_of(view, s.level), [&](int tile) {
-    if (slot == end) return;
-    tiles[slot] = tile;
-    ids[slot++] = (int)i;
-  });
-  for (; slot < end; slot++) tiles[slot] = tile_count(view), ids[slot] = (int)i;
+  int total = sum_before(count).total;
+  if (threadIdx.x == 0) totals[blockIdx.x] = total;
 }
 
 // One warp per Gaussian, in the order of the slots: adds the slots that were reached.
 KERNEL(THREADS, 4)
-mgs_sorted_gather(int n, const int64* order, const int64* ends, const float* slot_sums,
+mgs_sorted_gather(int n, const int* order, const int64* ends, const float* slot_sums,
                   const unsigned char* slot_reached, float* totals) {
   int64 k = (int64)blockIdx.x * (THREADS / WARP) + warp_of_thread();
   if (k >= n) return;
@@ -84,7 +64,7 @@ mgs_contributions(PARAM View view, const Splat* splats, PARAM Lists lists, float
 
 // One warp per Gaussian, in the order of the slots: adds its shares and counts its pixels.
 KERNEL(THREADS, 4)
-mgs_contributions_gather(int n, const int64* order, const int64* ends, const float2* slots,
+mgs_contributions_gather(int n, const int* order, const int64* ends, const float2* slots,
                          float* weights, int* touched) {
   int64 k = (int64)blockIdx.x * (THREADS / WARP) + warp_of_thread();
   if (k >= n) return;
@@ -114,12 +94,13 @@ mgs_write_gradients(PARAM View view, int n, PARAM Inputs in, const Splat* splats
     if (out.screen) out.screen[2 * i] = out.screen[2 * i + 1] = 0;
     return;
   }
-  SplatGrad d = splat_grad(load_sums(totals + i * SUMS), s, sortfree);
-  project_adjoint(view, in.means + 3 * i, in.quats + 4 * i, in.scales + 3 * i,
-                  in.opacities ? in.opacities[i] : 0.0f, in.sh + sh_floats(view) * i,
-                  in.lobes + 2 * view.lobe_size * i, s, d, out.means + 3 * i, out.quats + 4 * i,
-                  out.scales + 3 * i, out.opacities ? out.opacities + i : nullptr,
-                  out.sh + sh_floats(view) * i, out.lobes + 2 * view.lobe_size * i);
+  Projected<float> found = unpack(s);
+  SplatGrad<float> d = splat_grad(load_sums(totals + i * SUMS), found, sortfree);
+  project_adjoint(view, in.means + 3 * i, in.quats + 4 * i, in.scales + 3 * i, in.opacities + i,
+                  more_of(view, in.sh, in.more, i), in.lobes + 2 * view.lobe_size * i, found, d, out.means + 3 * i,
+                  out.quats + 4 * i, out.scales + 3 * i,
+                  out.opacities ? out.opacities + i : nullptr, out.sh + sh_floats(view) * i,
+                  more_of(view, out.sh, out.more, i), out.lobes + 2 * view.lobe_size * i);
   if (out.screen) out.screen[2 * i] = d.x, out.screen[2 * i + 1] = d.y;
 }
 
@@ -159,55 +140,50 @@ mgs_sorted_forward_depth(PARAM View view, const Splat* splats, PARAM Lists lists
 
 // One thread per pixel.
 KERNEL(THREADS, 4)
-mgs_sortfree_pixels(PARAM View view, const float* sums, PARAM OutputGradients in, float4* colors,
-                    float2* others) {
-  sortfree_pixels<false>(view, sums, in, colors, others);
+mgs_sortfree_pixels(PARAM View view, const float* sums, PARAM OutputGradients in,
+                    PARAM PixelGradients out) {
+  sortfree_pixels<false>(view, sums, in, out);
 }
 KERNEL(THREADS, 4)
 mgs_sortfree_pixels_depth(PARAM View view, const float* sums, PARAM OutputGradients in,
-                          float4* colors, float2* others) {
-  sortfree_pixels<true>(view, sums, in, colors, others);
+                          PARAM PixelGradients out) {
+  sortfree_pixels<true>(view, sums, in, out);
 }
 
-// One thread per pixel of the finer or, in the backward pass, of the coarser level.
+// One block per tile of the image, or in the backward pass of the coarsest target.
 KERNEL(THREADS, 4)
-mgs_add_enlarged(PARAM View view, int level, PARAM Outputs out) {
-  add_enlarged<false>(view, level, out);
+mgs_add_levels(PARAM View view, PARAM Outputs out) { add_levels<false>(view, out); }
+KERNEL(THREADS, 4)
+mgs_add_levels_depth(PARAM View view, PARAM Outputs out) { add_levels<true>(view, out); }
+KERNEL(THREADS, 4)
+mgs_reduce_levels(PARAM View view, const float* sums, PARAM PixelGradients out) {
+  reduce_levels<false>(view, sums, out);
 }
 KERNEL(THREADS, 4)
-mgs_add_enlarged_depth(PARAM View view, int level, PARAM Outputs out) {
-  add_enlarged<true>(view, level, out);
-}
-KERNEL(THREADS, 4)
-mgs_reduce_gradients(PARAM View view, int level, const float* own, float4* colors,
-                     float2* others) {
-  reduce_gradients(view, level, own, colors, others);
-}
-KERNEL(THREADS, 4)
-mgs_finish_gradients(PARAM View view, const float* sums, float2* others) {
-  finish_gradients(view, sums, others);
+mgs_reduce_levels_depth(PARAM View view, const float* sums, PARAM PixelGradients out) {
+  reduce_levels<true>(view, sums, out);
 }
 
-// One warp per Gaussian.
+// Each block takes GATHERED entries, one warp per Gaussian.
 KERNEL(THREADS, 4)
-mgs_sortfree_gather(PARAM View view, int n, const Splat* splats, const int64* order,
+mgs_sortfree_gather(PARAM View view, const Splat* splats, PARAM Lists lists,
                     PARAM PixelGradients pixels, float* totals) {
-  sortfree_gather<false, false>(view, n, splats, order, pixels, totals);
+  sortfree_gather<false, false>(view, splats, lists, pixels, totals);
 }
 KERNEL(THREADS, 4)
-mgs_sortfree_gather_depth(PARAM View view, int n, const Splat* splats, const int64* order,
+mgs_sortfree_gather_depth(PARAM View view, const Splat* splats, PARAM Lists lists,
                           PARAM PixelGradients pixels, float* totals) {
-  sortfree_gather<true, false>(view, n, splats, order, pixels, totals);
+  sortfree_gather<true, false>(view, splats, lists, pixels, totals);
 }
 KERNEL(THREADS, 4)
-mgs_two_pass_gather(PARAM View view, int n, const Splat* splats, const int64* order,
+mgs_two_pass_gather(PARAM View view, const Splat* splats, PARAM Lists lists,
                     PARAM PixelGradients pixels, float* totals) {
-  sortfree_gather<false, true>(view, n, splats, order, pixels, totals);
+  sortfree_gather<false, true>(view, splats, lists, pixels, totals);
 }
 KERNEL(THREADS, 4)
-mgs_two_pass_gather_depth(PARAM View view, int n, const Splat* splats, const int64* order,
+mgs_two_pass_gather_depth(PARAM View view, const Splat* splats, PARAM Lists lists,
                           PARAM PixelGradients pixels, float* totals) {
-  sortfree_gather<true, true>(view, n, splats, order, pixels, totals);
+  sortfree_gather<true, true>(view, splats, lists, pixels, totals);
 }
 
 // One block per tile, two pixels per thread.

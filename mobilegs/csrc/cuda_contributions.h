@@ -5,29 +5,20 @@
 
 namespace {
 
-template <class T>
-MGS_FN T sum_of_lanes(T value) {
-  for (int offset = WARP / 2; offset; offset /= 2) value += __shfl_xor_sync(ALL, value, offset);
-  return value;
-}
-
 // Writes each entry's sum of shares (alpha T) and number of pixels to its slot, added in the order
 // of the warps. Slots of entries behind the early stop are not written.
 MGS_FN void measure_contributions(const View& view, const Splat* splats, const Lists& lists,
                                   float2* slots, int* winner, float* alpha) {
-  constexpr int WARPS = THREADS / WARP;
   __shared__ Batch<WALK_BATCH> batch;
   __shared__ float2 parts[WARPS][WALK_BATCH];
   ThreadPixel here = thread_pixel(view);
   float x = here.x + 0.5f, y = here.y + 0.5f, t = here.inside ? 1.0f : 0.0f, best = 0;
   int best_id = -1;
-  int64 end = lists.starts[blockIdx.x + 1];
-  for (int64 e = lists.starts[blockIdx.x]; e < end; e += WALK_BATCH) {
-    int count = end - e < WALK_BATCH ? (int)(end - e) : WALK_BATCH;
+  Visits visits = visits_of(lists, blockIdx.x);
+  for (int e = visits.first; e < visits.end; e += WALK_BATCH) {
     // also a barrier: all threads have read the previous batch
     if (!__syncthreads_or(t >= TRANSMITTANCE_MIN)) break;
-    if ((int)threadIdx.x < count)
-      stage(view, batch, threadIdx.x, splats[lists.ids[e + threadIdx.x]], false);
+    int count = stage_from(view, batch, visits, e, splats, here.level, false);
     for (int k = lane_of_thread(); k < count; k += WARP)
       parts[warp_of_thread()][k] = make_float2(0, 0);
     __syncthreads();
@@ -40,7 +31,7 @@ MGS_FN void measure_contributions(const View& view, const Splat* splats, const L
         float a = min_of(alpha_at(place, batch.falloff[k], x - place.x, y - place.y), ALPHA_MAX);
         float share = t >= TRANSMITTANCE_MIN ? a * t : 0.0f;
         t -= share;
-        if (share > best) best = share, best_id = lists.ids[e + k];
+        if (share > best) best = share, best_id = gaussian_at(visits, e + k);
         float weight = sum_of_lanes(share);
         int pixels = __popc(__ballot_sync(ALL, share > 0));
         if (lane_of_thread() == 0) parts[warp_of_thread()][k] = make_float2(weight, (float)pixels);

@@ -13,13 +13,11 @@ MGS_FN void sorted_forward(const View& view, const Splat* splats, const Lists& l
   ThreadPixel here = thread_pixel(view);
   float x = here.x + 0.5f, y = here.y + 0.5f;
   float r = 0, g = 0, b = 0, z = 0, t = here.inside ? 1.0f : 0.0f;
-  int64 end = lists.starts[blockIdx.x + 1];
-  for (int64 e = lists.starts[blockIdx.x]; e < end; e += THREADS) {
-    int count = end - e < THREADS ? (int)(end - e) : THREADS;
+  Visits visits = visits_of(lists, blockIdx.x);
+  for (int e = visits.first; e < visits.end; e += THREADS) {
     // also a barrier: all threads have read the previous batch
     if (!__syncthreads_or(t >= TRANSMITTANCE_MIN)) break;
-    if ((int)threadIdx.x < count)
-      stage(view, batch, threadIdx.x, splats[lists.ids[e + threadIdx.x]], false);
+    int count = stage_from(view, batch, visits, e, splats, here.level, false);
     __syncthreads();
     for (int base = 0; base < count; base += WARP) {
       if (!__any_sync(ALL, t >= TRANSMITTANCE_MIN)) break;
@@ -62,11 +60,12 @@ MGS_FN Walk start_walk(const View& view, const ThreadPixel& here, const float* s
   int64 at = here.at, plane = pixel_count(view);
   const float *p = sums + at, *g = in.image + 3 * at;
   float t = p[3 * plane];
-  w.t = 1, w.r = g[0], w.g = g[1], w.b = g[2];
-  w.rest = -in.alpha[at] * t + w.r * (p[0] + t * view.background[0]) +
+  w.t = 1;
+  if (in.image) w.r = g[0], w.g = g[1], w.b = g[2];
+  w.rest = -(in.alpha ? in.alpha[at] : 0.0f) * t + w.r * (p[0] + t * view.background[0]) +
            w.g * (p[plane] + t * view.background[1]) +
            w.b * (p[2 * plane] + t * view.background[2]);
-  if (DEPTH) w.z = in.depth[at], w.rest += w.z * p[4 * plane];
+  if (DEPTH && in.depth) w.z = in.depth[at], w.rest += w.z * p[4 * plane];
   return w;
 }
 
@@ -136,12 +135,10 @@ MGS_FN void sorted_backward(const View& view, const Splat* splats, const Lists& 
   Walk walks[2] = {start_walk<DEPTH>(view, upper, sums, in),
                    start_walk<DEPTH>(view, lower, sums, in)};
   bool open = true;
-  int64 end = lists.starts[blockIdx.x + 1];
-  for (int64 e = lists.starts[blockIdx.x]; e < end; e += WALK_BATCH) {
-    int count = end - e < WALK_BATCH ? (int)(end - e) : WALK_BATCH;
+  Visits visits = visits_of(lists, blockIdx.x);
+  for (int e = visits.first; e < visits.end; e += WALK_BATCH) {
     if (!__syncthreads_or(open)) break;
-    if ((int)threadIdx.x < count)
-      stage(view, batch, threadIdx.x, splats[lists.ids[e + threadIdx.x]], false);
+    int count = stage_from(view, batch, visits, e, splats, upper.level, false);
     __syncthreads();
     open = walk_batch<DEPTH>(batch, count, upper, walks, parts[warp], reached[warp]);
     __syncthreads();

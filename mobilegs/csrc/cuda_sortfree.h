@@ -13,13 +13,12 @@ MGS_FN void find_surfaces(const View& view, const Splat* splats, const Lists& li
   __shared__ Batch<THREADS> batch;
   ThreadPixel here = thread_pixel(view);
   float x = here.x + 0.5f, y = here.y + 0.5f, limit = NO_SURFACE;
-  int64 end = lists.starts[blockIdx.x + 1];
-  for (int64 e = lists.starts[blockIdx.x]; e < end; e += THREADS) {
-    int count = end - e < THREADS ? (int)(end - e) : THREADS;
+  Visits visits = visits_of(lists, blockIdx.x);
+  for (int e = visits.first; e < visits.end; e += THREADS) {
     __syncthreads();  // all threads have read the previous batch
+    int count = stage_from(view, batch, visits, e, splats, here.level, false);
     if ((int)threadIdx.x < count) {
-      const Splat& s = splats[lists.ids[e + threadIdx.x]];
-      stage(view, batch, threadIdx.x, s, false);
+      const Splat& s = splats[gaussian_at(visits, e + threadIdx.x)];
       batch.falloff[threadIdx.x].z = limit_of(s);
       if (s.log2_opacity < -1) batch.box[threadIdx.x] = make_short4(0, 0, 0, 0);
     }
@@ -46,13 +45,11 @@ MGS_FN void sortfree_forward(const View& view, const Splat* splats, const Lists&
   ThreadPixel here = thread_pixel(view);
   float x = here.x + 0.5f, y = here.y + 0.5f;
   float limit = SURFACES && here.inside ? limits[here.at] : NO_SURFACE;
-  Pixel p = {0, 0, 0, 0, 0, limit < NO_SURFACE ? 0.0f : 1.0f};
-  int64 end = lists.starts[blockIdx.x + 1];
-  for (int64 e = lists.starts[blockIdx.x]; e < end; e += THREADS) {
-    int count = end - e < THREADS ? (int)(end - e) : THREADS;
+  Pixel<float> p = {0, 0, 0, 0, 0, limit < NO_SURFACE ? 0.0f : 1.0f};
+  Visits visits = visits_of(lists, blockIdx.x);
+  for (int e = visits.first; e < visits.end; e += THREADS) {
     __syncthreads();  // all threads have read the previous batch
-    if ((int)threadIdx.x < count)
-      stage(view, batch, threadIdx.x, splats[lists.ids[e + threadIdx.x]], true);
+    int count = stage_from(view, batch, visits, e, splats, here.level, true);
     __syncthreads();
     for (int base = 0; base < count; base += WARP) {
       unsigned left = touching(batch, base, count, here.patch_x, here.patch_y, 8, 4);
@@ -74,103 +71,173 @@ MGS_FN void sortfree_forward(const View& view, const Splat* splats, const Lists&
   const float values[6] = {p.r, p.g, p.b, p.w, p.t, p.z};
   UNROLL
   for (int k = 0; k < (DEPTH ? 6 : 5); k++) out.sums[k * plane + at] = values[k];
-  if (level_count(view) == 1)
+  if (level_count(view) > 1)
+    out.sums[(DEPTH ? 6 : 5) * plane + at] = p.t;
+  else
     sortfree_resolve(view, p, out.image + 3 * at, out.alpha + at, DEPTH ? out.depth + at : nullptr);
 }
 
-// Adds the next coarser target, enlarged, to one pixel of a target (render/levels.py, `enlarge`).
-// Keeps T of the pixel's own Gaussians in the last plane. At level 0 writes the image.
+// Adds each target, enlarged, to the next finer one (render/levels.py, `enlarge`), for one tile of the
+// image, and writes its image. Coarser targets only get their T, which the backward pass needs;
+// several blocks write the same one. One thread per pixel.
 template <bool DEPTH>
-MGS_FN void add_enlarged(const View& view, int level, const Outputs& out) {
+MGS_FN void add_levels(const View& view, const Outputs& out) {
   constexpr int C = DEPTH ? 6 : 5;
-  Grid fine = grid_of(view, level), coarse = grid_of(view, level + 1);
-  int64 place = global_thread(), plane = pixel_count(view);
-  if (place >= (int64)fine.width * fine.height) return;
-  int begin = level == 0 ? 0 : 1;
-  int x = (int)(place % fine.width) - begin, y = (int)(place / fine.width) - begin;
-  int near_x = (x >> 1) + 1, other_x = near_x + 2 * (x & 1) - 1;
-  int near_y = (y >> 1) + 1, other_y = near_y + 2 * (y & 1) - 1;
-  const float* from = out.sums + coarse.first_pixel;
-  const float* near_row = from + (int64)near_y * coarse.width;
-  const float* other_row = from + (int64)other_y * coarse.width;
-  float* to = out.sums + fine.first_pixel + place;
-  float values[6] = {0, 0, 0, 0, 0, 0};
-  UNROLL
-  for (int k = 0; k < C; k++) {
-    const float *p = near_row + k * plane, *q = other_row + k * plane;
-    float enlarged = 0.75f * (0.75f * p[near_x] + 0.25f * q[near_x]) +
-                     0.25f * (0.75f * p[other_x] + 0.25f * q[other_x]);
-    float own = to[k * plane];
-    if (k == 4) to[C * plane] = own;
-    values[k] = k == 4 ? own * enlarged : own + enlarged;
-    to[k * plane] = values[k];
+  constexpr int SIDES[LEVELS] = {TILE, 10, 6, 4};  // of the region of each target that counts
+  __shared__ float staged[2][100][C];              // the coarser region, and the present one
+  Grid image = grid_of(view, 0);
+  int left = blockIdx.x % image.across * TILE, top = blockIdx.x / image.across * TILE;
+  int64 plane = pixel_count(view);
+  for (int level = LEVELS - 1; level >= 0; level--) {
+    Grid grid = grid_of(view, level);
+    int side = SIDES[level], me = threadIdx.x;
+    int x = (left >> level) + me % side, y = (top >> level) + me / side;
+    __syncthreads();  // the coarser region is complete, and what lay in the present one's place read
+    if (me >= side * side || x >= grid.width || y >= grid.height) continue;
+    int64 place = (int64)y * grid.width + x;
+    float* sums = out.sums + grid.first_pixel + place;
+    float values[6];
+    UNROLL
+    for (int k = 0; k < C; k++) values[k] = sums[(k == 4 ? C : k) * plane];
+    if (level < LEVELS - 1) {
+      int begin = level == 0 ? 0 : 1;
+      int near_x = ((x - begin) >> 1) + 1 - (left >> (level + 1));
+      int near_y = ((y - begin) >> 1) + 1 - (top >> (level + 1));
+      int other_x = near_x + 2 * ((x - begin) & 1) - 1;
+      int other_y = near_y + 2 * ((y - begin) & 1) - 1;
+      const float(*near_row)[C] = staged[(level + 1) % 2] + near_y * SIDES[level + 1];
+      const float(*other_row)[C] = staged[(level + 1) % 2] + other_y * SIDES[level + 1];
+      UNROLL
+      for (int k = 0; k < C; k++) {
+        float enlarged = 0.75f * (0.75f * near_row[near_x][k] + 0.25f * other_row[near_x][k]) +
+                         0.25f * (0.75f * near_row[other_x][k] + 0.25f * other_row[other_x][k]);
+        values[k] = k == 4 ? values[k] * enlarged : values[k] + enlarged;
+      }
+      sums[4 * plane] = values[4];
+    }
+    if (level > 0) {
+      UNROLL
+      for (int k = 0; k < C; k++) staged[level % 2][me][k] = values[k];
+      continue;
+    }
+    UNROLL
+    for (int k = 0; k < C; k++) sums[k * plane] = values[k];
+    Pixel<float> p = {values[0], values[1], values[2], DEPTH ? values[5] : 0.0f,
+                      values[3], values[4]};
+    sortfree_resolve(view, p, out.image + 3 * place, out.alpha + place,
+                     DEPTH ? out.depth + place : nullptr);
   }
-  if (level > 0) return;
-  Pixel p = {values[0], values[1], values[2], values[5], values[3], values[4]};
-  sortfree_resolve(view, p, out.image + 3 * place, out.alpha + place,
-                   DEPTH ? out.depth + place : nullptr);
 }
 
-// dL/d of every pixel's sums in the image, as (r, g, b, w) and (t, z). t is T dL/dT, with levels
-// dL/dT until finish_gradients.
+// dL/d of all pixels' sums.
+struct PixelGradients {
+  float4* colors;       // r, g, b, w
+  float2* others;       // T dL/dT, z
+  float* carried;       // with levels: dL/dT times the T of the image's own Gaussians
+  const float* limits;  // only for TWO_PASS, for the gathering
+};
+
 template <bool DEPTH>
 MGS_FN void sortfree_pixels(const View& view, const float* sums, const OutputGradients& in,
-                            float4* colors, float2* others) {
+                            const PixelGradients& out) {
   int64 at = global_thread(), plane = pixel_count(view);
   if (at >= (int64)view.width * view.height) return;
   const float* p = sums + at;
-  Pixel pixel = {p[0],         p[plane],    p[2 * plane], DEPTH ? p[5 * plane] : 0.0f,
-                 p[3 * plane], p[4 * plane]};
-  Pixel d = sortfree_pixel_adjoint(view, pixel, in.image + 3 * at, in.alpha[at],
-                                   DEPTH ? in.depth[at] : 0.0f);
-  colors[at] = make_float4(d.r, d.g, d.b, d.w);
-  others[at] = make_float2(level_count(view) == 1 ? d.t * pixel.t : d.t, d.z);
+  Pixel<float> pixel = {p[0],         p[plane],    p[2 * plane], DEPTH ? p[5 * plane] : 0.0f,
+                        p[3 * plane], p[4 * plane]};
+  float image[3] = {0, 0, 0};
+  for (int k = 0; k < 3; k++)
+    if (in.image) image[k] = in.image[3 * at + k];
+  Pixel<float> d =
+      sortfree_pixel_adjoint(view, pixel, image, in.alpha ? in.alpha[at] : 0.0f,
+                             DEPTH && in.depth ? in.depth[at] : 0.0f);
+  out.colors[at] = make_float4(d.r, d.g, d.b, d.w);
+  out.others[at] = make_float2(d.t * pixel.t, d.z);
+  if (level_count(view) > 1) out.carried[at] = d.t * p[(DEPTH ? 6 : 5) * plane];
 }
 
-// dL/d of one pixel of the next coarser target: the transpose of add_enlarged. `own` is the plane of
-// T of each level's own Gaussians.
-MGS_FN void reduce_gradients(const View& view, int level, const float* own, float4* colors,
-                             float2* others) {
-  Grid fine = grid_of(view, level), coarse = grid_of(view, level + 1);
-  int64 place = global_thread();
-  if (place >= (int64)coarse.width * coarse.height) return;
+// dL/d of the sums of a pixel with levels. `carried` is dL/dT times the T of the level's own
+// Gaussians, which is dL/d of the enlarged T of coarser levels.
+struct LevelPixel {
+  float4 color;
+  float carried, z;
+};
+
+// dL/d of the next coarser target, enlarged, at its pixel (x, y): the transpose of `enlarge`.
+// read(x, y) returns pixels of the finer target, whose level is `level`.
+template <class F>
+MGS_FN LevelPixel reduce_at(const Grid& fine, int level, int x, int y, F read) {
+  LevelPixel sum = {make_float4(0, 0, 0, 0), 0, 0};
   // the four finer rows or columns begin at twice the pixel's number minus this
   int before = level == 0 ? 3 : 2;
-  int from_x = 2 * (int)(place % coarse.width) - before;
-  int from_y = 2 * (int)(place / coarse.width) - before;
-  float4 color = make_float4(0, 0, 0, 0);
-  float2 other = make_float2(0, 0);
   for (int i = 0; i < 4; i++) {
-    int y = from_y + i;
-    if (y < 0 || y >= fine.height) continue;
+    int from_y = 2 * y - before + i;
+    if (from_y < 0 || from_y >= fine.height) continue;
     for (int j = 0; j < 4; j++) {
-      int x = from_x + j;
-      if (x < 0 || x >= fine.width) continue;
+      int from_x = 2 * x - before + j;
+      if (from_x < 0 || from_x >= fine.width) continue;
       float share = (i % 3 == 0 ? 0.25f : 0.75f) * (j % 3 == 0 ? 0.25f : 0.75f);
-      int64 at = fine.first_pixel + (int64)y * fine.width + x;
-      float4 c = colors[at];
-      float2 o = others[at];
-      color.x += share * c.x, color.y += share * c.y;
-      color.z += share * c.z, color.w += share * c.w;
-      other.x += share * o.x * own[at], other.y += share * o.y;
+      LevelPixel p = read(from_x, from_y);
+      sum.color.x += share * p.color.x, sum.color.y += share * p.color.y;
+      sum.color.z += share * p.color.z, sum.color.w += share * p.color.w;
+      sum.carried += share * p.carried, sum.z += share * p.z;
     }
   }
-  colors[coarse.first_pixel + place] = color;
-  others[coarse.first_pixel + place] = other;
+  return sum;
 }
 
-// dL/dT becomes T dL/dT in the pixels of all levels.
-MGS_FN void finish_gradients(const View& view, const float* sums, float2* others) {
-  int64 at = global_thread(), plane = pixel_count(view);
-  if (at < plane) others[at].x *= sums[4 * plane + at];
+constexpr int COARSE = 4;  // side of a block's pixels in the coarsest target
+
+// dL/d of the sums in all coarser targets, for the pixels that COARSE x COARSE of the coarsest target
+// depend on; several blocks write the same ones. One thread per pixel.
+template <bool DEPTH>
+MGS_FN void reduce_levels(const View& view, const float* sums, const PixelGradients& out) {
+  constexpr int MIDDLE = 2 * COARSE + 2, FINE = 2 * MIDDLE + 2;
+  __shared__ LevelPixel fine[FINE * FINE], middle[MIDDLE * MIDDLE];
+  Grid grids[LEVELS];
+  UNROLL
+  for (int level = 0; level < LEVELS; level++) grids[level] = grid_of(view, level);
+  int across = (grids[3].width + COARSE - 1) / COARSE;
+  int x3 = blockIdx.x % across * COARSE, y3 = blockIdx.x / across * COARSE;
+  int x2 = 2 * x3 - 2, y2 = 2 * y3 - 2, x1 = 2 * x2 - 2, y1 = 2 * y2 - 2;
+  int64 plane = pixel_count(view);
+  // writes a pixel, and returns it as the next level reads it
+  auto finish = [&](const Grid& grid, int x, int y, LevelPixel p) {
+    int64 at = grid.first_pixel + (int64)y * grid.width + x;
+    out.colors[at] = p.color;
+    out.others[at] = make_float2(p.carried * sums[4 * plane + at], p.z);
+    p.carried *= sums[(DEPTH ? 6 : 5) * plane + at];
+    return p;
+  };
+  auto inside = [](const Grid& grid, int x, int y) {
+    return x >= 0 && y >= 0 && x < grid.width && y < grid.height;
+  };
+  for (int k = threadIdx.x; k < FINE * FINE; k += THREADS) {
+    int x = x1 + k % FINE, y = y1 + k / FINE;
+    if (!inside(grids[1], x, y)) continue;
+    LevelPixel p = reduce_at(grids[0], 0, x, y, [&](int x, int y) {
+      int64 at = (int64)y * grids[0].width + x;
+      return LevelPixel{out.colors[at], out.carried[at], DEPTH ? out.others[at].y : 0.0f};
+    });
+    fine[k] = finish(grids[1], x, y, p);
+  }
+  __syncthreads();
+  for (int k = threadIdx.x; k < MIDDLE * MIDDLE; k += THREADS) {
+    int x = x2 + k % MIDDLE, y = y2 + k / MIDDLE;
+    if (!inside(grids[2], x, y)) continue;
+    LevelPixel p = reduce_at(grids[1], 1, x, y,
+                             [&](int x, int y) { return fine[(y - y1) * FINE + x - x1]; });
+    middle[k] = finish(grids[2], x, y, p);
+  }
+  __syncthreads();
+  int x = x3 + threadIdx.x % COARSE, y = y3 + threadIdx.x / COARSE;
+  if (threadIdx.x >= COARSE * COARSE || !inside(grids[3], x, y)) return;
+  LevelPixel p = reduce_at(grids[2], 2, x, y,
+                           [&](int x, int y) { return middle[(y - y2) * MIDDLE + x - x2]; });
+  finish(grids[3], x, y, p);
 }
 
-// dL/d of all pixels' sums, which Gaussians gather; `limits` only for TWO_PASS.
-struct PixelGradients {
-  const float4* colors;
-  const float2* others;
-  const float* limits;
-};
+constexpr int GATHERED = 128;  // entries that a block looks at
 
 // Sums over every `step`-th pixel of a Gaussian's box, starting with pixel `first`.
 template <bool DEPTH, bool SURFACES>
@@ -188,7 +255,9 @@ MGS_FN Sums<float> gather_box(const View& view, const Splat& s, const PixelGradi
     if (raw > 0 && (!SURFACES || s.z <= pixels.limits[at])) {
       float4 c = pixels.colors[at];
       float2 o = pixels.others[at];
-      sortfree_pair_adjoint<DEPTH>(sums, s, raw, edge, dx, dy, c.x, c.y, c.z, o.y, c.w, o.x);
+      float g_q =
+          sortfree_pair_adjoint<DEPTH>(sums, s, raw, edge, c.x, c.y, c.z, o.y, c.w, o.x);
+      add_moments(sums, g_q, dx, dy);
     }
     x += step_x, y += step_y;
     if (x >= s.x1) x -= width, y++;
@@ -196,42 +265,51 @@ MGS_FN Sums<float> gather_box(const View& view, const Splat& s, const PixelGradi
   return sums;
 }
 
-// One warp per Gaussian, in `order` (by tile, for the caches); then the whole block takes those
-// with a large box.
+// Adds the pixels of the Gaussians whose first entries are among those of the block: neighbours in
+// the image, which read the same pixels from the cache. One warp per Gaussian; then the whole block
+// takes those with a large box.
 template <bool DEPTH, bool SURFACES>
-MGS_FN void sortfree_gather(const View& view, int n, const Splat* splats, const int64* order,
+MGS_FN void sortfree_gather(const View& view, const Splat* splats, const Lists& lists,
                             const PixelGradients& pixels, float* totals) {
-  constexpr int WARPS = THREADS / WARP;
   __shared__ float parts[WARPS][SUMS];
-  __shared__ int large[WARPS];  // the Gaussian, or -1
+  __shared__ int ids[GATHERED];  // of Gaussians, with FIRST if the box is large
   int warp = warp_of_thread(), lane = lane_of_thread();
-  int64 k = (int64)blockIdx.x * WARPS + warp;
-  int64 i = k < n ? order[k] : -1;
-  bool shown = i >= 0 && visible(splats[i]);
-  if (lane == 0) large[warp] = -1;
-  if (shown) {
-    Splat s = splats[i];
-    if ((int64)(s.x1 - s.x0) * (s.y1 - s.y0) > LARGE) {
-      if (lane == 0) large[warp] = (int)i;
-    } else {
+  Visits all = *lists.length > lists.room ? Visits{0, lists.n, nullptr}
+                                          : Visits{0, (int)*lists.length, lists.ids};
+  for (int64 start = (int64)blockIdx.x * GATHERED; start < all.end;
+       start += (int64)gridDim.x * GATHERED) {
+    int64 e = start + threadIdx.x;
+    bool first = (int)threadIdx.x < GATHERED && e < all.end && (!all.ids || all.ids[e] & FIRST);
+    int id = first ? gaussian_at(all, (int)e) : 0;
+    if (first) {
+      const Splat& s = splats[id];
+      first = visible(s);
+      if ((int64)(s.x1 - s.x0) * (s.y1 - s.y0) > LARGE) id |= FIRST;
+    }
+    BlockSum found = sum_before(first);  // all threads have read the ids of the previous entries
+    if (first) ids[found.before] = id;
+    __syncthreads();
+    for (int k = warp; k < found.total; k += WARPS) {
+      int64 i = ids[k];
+      if (i < 0) continue;
+      Splat s = splats[i];
       Total total = add_lanes(gather_box<DEPTH, SURFACES>(view, s, pixels, lane, WARP));
       if (total.component >= 0) totals[i * SUMS + total.component] = total.value;
     }
-  }
-  __syncthreads();
-  for (int turn = 0; turn < WARPS; turn++) {
-    int64 id = large[turn];
-    if (id < 0) continue;
-    Splat s = splats[id];
-    Total total = add_lanes(gather_box<DEPTH, SURFACES>(view, s, pixels, threadIdx.x, THREADS));
-    if (total.component >= 0) parts[warp][total.component] = total.value;
-    __syncthreads();
-    if (threadIdx.x < SUMS) {
-      float sum = 0;
-      for (int w = 0; w < WARPS; w++) sum += parts[w][threadIdx.x];
-      totals[id * SUMS + threadIdx.x] = sum;
+    for (int k = 0; k < found.total; k++) {
+      if (ids[k] >= 0) continue;
+      int64 i = ids[k] & ~FIRST;
+      Splat s = splats[i];
+      Total total = add_lanes(gather_box<DEPTH, SURFACES>(view, s, pixels, threadIdx.x, THREADS));
+      if (total.component >= 0) parts[warp][total.component] = total.value;
+      __syncthreads();
+      if (threadIdx.x < SUMS) {
+        float sum = 0;
+        for (int w = 0; w < WARPS; w++) sum += parts[w][threadIdx.x];
+        totals[i * SUMS + threadIdx.x] = sum;
+      }
+      __syncthreads();
     }
-    __syncthreads();
   }
 }
 

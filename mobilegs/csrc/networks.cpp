@@ -1,7 +1,7 @@
 // Codebook look-ups and the networks that decode the Gaussians of a .mgs file. The references are
-// codebooks.py, appearance.py and lobes.py. A tile of Gaussians passes through all layers while it
+// codebooks.py, appearance.py and lobes.py. A group of Gaussians passes through all layers while it
 // is in the cache, one Gaussian per SIMD lane: results do not depend on threads or neighbours.
-#include "lanes.h"
+#include "group.h"
 #include "parallel.h"
 
 #include <algorithm>
@@ -11,85 +11,25 @@
 
 namespace {
 
-constexpr int TILE = 64;                   // Gaussians
-constexpr int SPAN = LANES == 16 ? 4 : 2;  // vectors per unit whose sums stay in registers
-constexpr int ROWS = 4;                    // units at a time
 constexpr int AXES = 3, OCTAVES = 16, ENCODED = 2 * AXES * OCTAVES;
 constexpr int HIDDEN = 64, CONTEXT = 13, LATENTS = 3, JOINED = CONTEXT + LATENTS;
-constexpr int COLOR = 12, SCALES = 3, TURNS = 4, STATICS = COLOR + SCALES + TURNS;
 constexpr int LATENTS_MAX = 32, HIDDEN_MAX = 256, OUTPUTS_MAX = 32, REST_MAX = 45;
-constexpr float LENGTH_MIN = 1e-12f;
-
-using Row = float[TILE];  // one number per Gaussian of a tile
-
-// Transpose rows [from, from + many) of a matrix, columns [0, width), into a tile, and back. The
-// rest of the tile is zeros.
-void load_tile(const float* matrix, int64 stride, int64 from, int many, int width, Row* rows) {
-  for (int column = 0; column < width; column++) {
-    const float* source = matrix + from * stride + column;
-    for (int i = 0; i < many; i++) rows[column][i] = source[i * stride];
-    std::fill(rows[column] + many, rows[column] + TILE, 0.0f);
-  }
-}
-void store_tile(const Row* rows, int64 stride, int64 from, int many, int width, float* matrix) {
-  for (int i = 0; i < many; i++)
-    for (int column = 0; column < width; column++)
-      matrix[(from + i) * stride + column] = rows[column][i];
-}
-
-// activate(offset + weights . input) for the units [row, row + MANY) of a layer.
-template <int MANY, class Activate>
-void some_units(const float* weights, const float* offsets, int columns, int row, const Row* in,
-                Row* out, Activate activate) {
-  const float* weight = weights + (int64)row * columns;
-  for (int at = 0; at < TILE; at += SPAN * LANES) {
-    vfloat sums[MANY][SPAN];
-    for (int r = 0; r < MANY; r++)
-      for (int s = 0; s < SPAN; s++)
-        sums[r][s] = splat_value(vfloat{}, offsets ? offsets[row + r] : 0.0f);
-    for (int c = 0; c < columns; c++) {
-      vfloat x[SPAN];
-      for (int s = 0; s < SPAN; s++) x[s] = load(&in[c][at + s * LANES]);
-      for (int r = 0; r < MANY; r++)
-        for (int s = 0; s < SPAN; s++) sums[r][s] += x[s] * weight[r * columns + c];
-    }
-    for (int r = 0; r < MANY; r++)
-      for (int s = 0; s < SPAN; s++) store(&out[row + r][at + s * LANES], activate(sums[r][s]));
-  }
-}
-
-template <class Activate>
-void layer(const float* weights, const float* offsets, int rows, int columns, const Row* in,
-           Row* out, Activate activate) {
-  int row = 0;
-  for (; row + ROWS <= rows; row += ROWS)
-    some_units<ROWS>(weights, offsets, columns, row, in, out, activate);
-  for (; row < rows; row++) some_units<1>(weights, offsets, columns, row, in, out, activate);
-}
-
-const auto identity = [](vfloat x) { return x; };
-const auto relu = [](vfloat x) { return max_of(x, vfloat{}); };
-const auto leaky = [](vfloat x) { return max_of(x, 0.01f * x); };
 
 // Rounds a product to float32: the compiler must not fuse it with the following sum.
 MGS_FN vfloat rounded(vfloat x) {
   asm("" : "+m"(x));
   return x;
 }
-MGS_FN vfloat root(vfloat x) {
-  for (int i = 0; i < LANES; i++) x[i] = std::sqrt(x[i]);
-  return x;
-}
 
 // Contracts normalised positions into [0, 1]^3, bit for bit like `contract` of appearance.py.
-void contract(const Row* position, Row* unit) {
-  for (int at = 0; at < TILE; at += LANES) {
+void contract(const Column* position, Column* unit) {
+  for (int at = 0; at < GROUP; at += LANES) {
     vfloat u[AXES], square[AXES];
     for (int a = 0; a < AXES; a++) {
       u[a] = load(&position[a][at]);
       square[a] = rounded(u[a] * u[a]);
     }
-    vfloat length = root(square[0] + square[1] + square[2]);
+    vfloat length = sqrt_of(square[0] + square[1] + square[2]);
     length = max_of(length, splat_value(length, 1.0f));
     vfloat shrink = 2.0f - 1.0f / length;
     for (int a = 0; a < AXES; a++)
@@ -107,9 +47,9 @@ MGS_FN vfloat sine_of_turns(vfloat t) {
 }
 
 // Sines of every octave of all axes, then their cosines.
-void encode_frequencies(const Row* unit, Row* encoded) {
+void encode_frequencies(const Column* unit, Column* encoded) {
   for (int a = 0; a < AXES; a++)
-    for (int at = 0; at < TILE; at += LANES) {
+    for (int at = 0; at < GROUP; at += LANES) {
       vfloat turns = 0.5f * load(&unit[a][at]);
       for (int k = 0; k < OCTAVES; k++, turns += turns) {
         // adding and subtracting 1.5 * 2^23 rounds to an integer
@@ -124,22 +64,11 @@ void encode_frequencies(const Row* unit, Row* encoded) {
     }
 }
 
-// Divides rows by their common length, like torch's `normalize`.
-void normalise(Row* rows, int many) {
-  for (int at = 0; at < TILE; at += LANES) {
-    vfloat square = {};
-    for (int r = 0; r < many; r++) square += load(&rows[r][at]) * load(&rows[r][at]);
-    vfloat length = root(square);
-    length = max_of(length, splat_value(length, LENGTH_MIN));
-    for (int r = 0; r < many; r++) store(&rows[r][at], load(&rows[r][at]) / length);
-  }
-}
-
-// Runs work(from, many) for all tiles of `count` Gaussians.
+// Runs work(from, many) for all groups of `count` Gaussians.
 template <class Work>
-void for_tiles(int64 count, Work work) {
-  parallel_for(count, 16 * TILE, [&](int64 from, int64 to) {
-    for (; from < to; from += TILE) work(from, (int)std::min<int64>(TILE, to - from));
+void for_groups(int64 count, Work work) {
+  parallel_for(count, 16 * GROUP, [&](int64 from, int64 to) {
+    for (; from < to; from += GROUP) work(from, (int)std::min<int64>(GROUP, to - from));
   });
 }
 
@@ -176,23 +105,23 @@ EXPORT void mgs_decode_colors(int64 count, const float* positions, const float* 
   const float* static2 = static1 + HIDDEN * JOINED;
   const float* view1 = static2 + 3 * HIDDEN;
   const float* view2 = view1 + HIDDEN * JOINED;
-  for_tiles(count, [=](int64 from, int many) {
-    alignas(64) Row unit[AXES], encoded[ENCODED], hidden[HIDDEN], joined[JOINED];
-    alignas(64) Row out[3 + REST_MAX];
-    load_tile(positions, AXES, from, many, AXES, unit);
+  for_groups(count, [=](int64 from, int many) {
+    alignas(64) Column unit[AXES], encoded[ENCODED], hidden[HIDDEN], joined[JOINED];
+    alignas(64) Column out[3 + REST_MAX];
+    load_group(positions, AXES, from, many, AXES, unit);
     contract(unit, unit);
     encode_frequencies(unit, encoded);
-    layer(weights, nullptr, HIDDEN, ENCODED, encoded, hidden, relu);
-    layer(context2, nullptr, CONTEXT, HIDDEN, hidden, joined, identity);
-    load_tile(statics, statics_stride, from, many, LATENTS, joined + CONTEXT);
-    layer(static1, nullptr, HIDDEN, JOINED, joined, hidden, leaky);
-    layer(static2, nullptr, 3, HIDDEN, hidden, out, identity);
+    layer<RELU>(weights, nullptr, HIDDEN, ENCODED, encoded, hidden);
+    layer<IDENTITY>(context2, nullptr, CONTEXT, HIDDEN, hidden, joined);
+    load_group(statics, statics_stride, from, many, LATENTS, joined + CONTEXT);
+    layer<LEAKY>(static1, nullptr, HIDDEN, JOINED, joined, hidden);
+    layer<IDENTITY>(static2, nullptr, 3, HIDDEN, hidden, out);
     if (rest) {
-      load_tile(views, views_stride, from, many, LATENTS, joined + CONTEXT);
-      layer(view1, nullptr, HIDDEN, JOINED, joined, hidden, leaky);
-      layer(view2, nullptr, rest, HIDDEN, hidden, out + 3, identity);
+      load_group(views, views_stride, from, many, LATENTS, joined + CONTEXT);
+      layer<LEAKY>(view1, nullptr, HIDDEN, JOINED, joined, hidden);
+      layer<IDENTITY>(view2, nullptr, rest, HIDDEN, hidden, out + 3);
     }
-    store_tile(out, 3 + rest, from, many, 3 + rest, sh);
+    store_group(out, 3 + rest, from, many, 3 + rest, sh);
   });
 }
 
@@ -204,35 +133,35 @@ EXPORT void mgs_decode_lobes(int64 count, const float* latents, int latent_count
                              const float* logits, const float* sh, int sh_size,
                              const float* log_scales, const float* quats, const float* weights,
                              const int32_t* widths, int layers, int outputs, float* lobes) {
-  for_tiles(count, [=](int64 from, int many) {
-    alignas(64) Row buffers[2][HIDDEN_MAX + LATENTS_MAX + 1], out[OUTPUTS_MAX];
-    Row *in = buffers[0], *next = buffers[1];
+  for_groups(count, [=](int64 from, int many) {
+    alignas(64) Column buffers[2][HIDDEN_MAX + LATENTS_MAX + 1], out[OUTPUTS_MAX];
+    Column *in = buffers[0], *next = buffers[1];
     const float* offsets = weights;
     int columns = 0;
     if (layers) {
       int known = std::min(sh_size, COLOR);
-      load_tile(sh, sh_size, from, many, known, in);
+      load_group(sh, sh_size, from, many, known, in);
       std::fill(in[known], in[COLOR], 0.0f);
-      load_tile(log_scales, SCALES, from, many, SCALES, in + COLOR);
-      for (Row* row = in + COLOR; row < in + COLOR + SCALES; row++)
+      load_group(log_scales, SCALES, from, many, SCALES, in + COLOR);
+      for (Column* row = in + COLOR; row < in + COLOR + SCALES; row++)
         for (float& scale : *row) scale = std::exp(scale);
-      load_tile(quats, TURNS, from, many, TURNS, in + COLOR + SCALES);
+      load_group(quats, TURNS, from, many, TURNS, in + COLOR + SCALES);
       normalise(in, COLOR);
       normalise(in + COLOR, SCALES);
       normalise(in + COLOR + SCALES, TURNS);
-      load_tile(latents, latent_count, from, many, latent_count, in + STATICS);
+      load_group(latents, latent_count, from, many, latent_count, in + STATICS);
       columns = STATICS + latent_count;
     }
     for (int i = 0; i < layers; i++) {
-      layer(offsets + widths[i], offsets, widths[i], columns, in, next, relu);
+      layer<RELU>(offsets + widths[i], offsets, widths[i], columns, in, next);
       offsets += widths[i] * (1 + columns);
       columns = widths[i];
       std::swap(in, next);
     }
-    load_tile(latents, latent_count, from, many, latent_count, in + columns);
+    load_group(latents, latent_count, from, many, latent_count, in + columns);
     columns += latent_count;
-    if (logits) load_tile(logits, 1, from, many, 1, in + columns++);
-    layer(offsets + outputs, offsets, outputs, columns, in, out, identity);
-    store_tile(out, outputs, from, many, outputs, lobes);
+    if (logits) load_group(logits, 1, from, many, 1, in + columns++);
+    layer<IDENTITY>(offsets + outputs, offsets, outputs, columns, in, out);
+    store_group(out, outputs, from, many, outputs, lobes);
   });
 }

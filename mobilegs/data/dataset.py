@@ -18,6 +18,7 @@ from mobilegs.camera import NEAR, Camera
 from mobilegs.data import images, masks
 from mobilegs.data.distortion import Distortion, LensPhoto, undistort
 from mobilegs.data.pinhole_views import fields_of_view, pinhole_views
+from mobilegs.device import free_bytes
 from mobilegs.errors import InputError
 
 CACHE_BYTES = 2 << 30  # of decoded photos that a loader keeps
@@ -88,19 +89,21 @@ class View:
         mask = None if self.mask is None else self.mask.to(device)
         return View(self.name, self.camera.to(device), self.image.to(device), mask)
 
-    def reduced(self, n: int) -> "View":
+    def reduced(self, n: int, camera: Camera | None = None) -> "View":
         """Return the view with the mean of each n x n pixels in place of them.
+
+        `camera` is the reduced camera, if it is known.
 
         Rows and columns that fill no n x n pixels are left out, at the bottom and on the right. A
         pixel is in the loss if all its n x n pixels are.
         """
         if n == 1:
-            return self
+            return self if camera is None else replace(self, camera=camera)
         mask = (
             None if self.mask is None else -_pooled(-self.mask[:, :, None], n, max_pool2d)[..., 0]
         )
         image = _pooled(self.image, n, avg_pool2d)
-        return View(self.name, self.camera.reduced(n), image, mask)
+        return View(self.name, camera or self.camera.reduced(n), image, mask)
 
 
 def _pooled(
@@ -358,24 +361,30 @@ class _Decoded(NamedTuple):
     def nbytes(self) -> int:
         return self.image.nbytes + (0 if self.mask is None else self.mask.nbytes)
 
+    def to(self, device: torch.device) -> "_Decoded":
+        return _Decoded(*(None if t is None else t.to(device) for t in self))  # pyright: ignore
+
 
 def load_view(frame: Frame) -> View:
     """Decode, downscale, undistort and mask one photo. Raises `InputError` if a file is damaged."""
-    return _view(frame, _decode(frame))
+    return _view(frame, _decode(frame), frame.camera)
 
 
 class ViewLoader:
     """A loader of views by index that decodes photos ahead in background threads.
 
     Decoded photos stay in memory, 8 bits per channel, until `cache_bytes` are used; others are
-    decoded on every request. The result of `get` does not depend on the cache or on prefetching.
-    Close the loader, or use it in a `with` block.
+    decoded on every request. Those of a GPU stay there instead, while they take at most a quarter
+    of its free memory. The result of `get` does not depend on caches or on prefetching. Close the
+    loader, or use it in a `with` block.
     """
 
     def __init__(self, frames: Sequence[Frame], *, cache_bytes: int = CACHE_BYTES) -> None:
         self._frames = list(frames)
         self._left = cache_bytes
         self._cache: dict[int, _Decoded] = {}
+        self._on_gpu: dict[int, tuple[_Decoded, Camera]] = {}
+        self._room: int | None = None  # bytes left on the GPU
         self._pending: dict[int, Future[_Decoded]] = {}
         self._pool: ThreadPoolExecutor | None = None
 
@@ -387,15 +396,28 @@ class ViewLoader:
 
         The photo moves to the device with 8 bits per channel and becomes float32 there.
         """
-        frame = self._frames[index]
+        frame, device = self._frames[index], torch.device(device)
+        if index in self._on_gpu and device == self._on_gpu[index][0].image.device:
+            return _view(frame, *self._on_gpu[index])
         decoded = self._cache.get(index)
         if decoded is None:
             future = self._pending.pop(index, None)
             decoded = _decode(frame) if future is None else future.result()
+            if device.type != "cpu" and self._fits(decoded, device):
+                self._on_gpu[index] = decoded.to(device), frame.camera.to(device)
+                return _view(frame, *self._on_gpu[index])
             if decoded.nbytes <= self._left:
                 self._left -= decoded.nbytes
                 self._cache[index] = decoded
-        return _view(frame, decoded, device)
+        return _view(frame, decoded.to(device), frame.camera.to(device))
+
+    def _fits(self, decoded: _Decoded, device: torch.device) -> bool:
+        """Take the bytes of a photo from those that the GPU has for photos; False if too few."""
+        if self._room is None:
+            self._room = free_bytes(device) // 4
+        fits = decoded.nbytes <= self._room
+        self._room -= decoded.nbytes if fits else 0
+        return fits
 
     def prefetch(self, indices: Iterable[int]) -> None:
         """Start to decode frames in the background.
@@ -406,15 +428,16 @@ class ViewLoader:
         for index in indices:
             if len(self._pending) >= 4 * THREADS:
                 return
-            if index in self._cache or index in self._pending:
+            if index in self._cache or index in self._on_gpu or index in self._pending:
                 continue
             if self._pool is None:
                 self._pool = ThreadPoolExecutor(THREADS, thread_name_prefix="views")
             self._pending[index] = self._pool.submit(_decode, self._frames[index])
 
     def close(self) -> None:
-        """Stop the threads and drop pending frames. `get` still works."""
+        """Stop the threads, drop pending frames and free a GPU. `get` still works."""
         self._pending.clear()
+        self._on_gpu.clear()
         if self._pool is not None:
             self._pool.shutdown(wait=True, cancel_futures=True)
             self._pool = None
@@ -461,10 +484,9 @@ def undistorted(
     return channels[:, :, :3].round().to(torch.uint8), known
 
 
-def _view(frame: Frame, decoded: _Decoded, device: torch.device | str = "cpu") -> View:
-    mask = None if decoded.mask is None else decoded.mask.to(device).float()
-    image = decoded.image.to(device).float() / 255
-    return View(frame.name, frame.camera.to(device), image, mask)
+def _view(frame: Frame, decoded: _Decoded, camera: Camera) -> View:
+    mask = None if decoded.mask is None else decoded.mask.float()
+    return View(frame.name, camera, decoded.image.float() / 255, mask)
 
 
 def posed_frames(

@@ -22,10 +22,7 @@ PIXELS_MIN = 500  # a plane with fewer pixels before surfaces does not count
 
 def front_coverage(scene: Scene, camera: Camera, z: float) -> Float[Tensor, "h w"]:
     """Return the coverage by the Gaussians whose camera-space z is below `z`, in [0, 1]."""
-    nearer = camera.depths(scene.gaussians.means) < z
-    lobes = None if scene.lobes is None else scene.lobes[nearer]
-    cut = replace(scene, gaussians=scene.gaussians.select(nearer), lobes=lobes)
-    return cut.render(camera).alpha
+    return scene.render(replace(camera, far=z)).alpha
 
 
 @torch.inference_mode()

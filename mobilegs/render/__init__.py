@@ -24,6 +24,7 @@ from mobilegs.render import sorted as sorted_reference
 from mobilegs.render import sortfree as sortfree_reference
 from mobilegs.render.contributions import Contributions
 from mobilegs.render.inputs import (
+    MoreHarmonics,
     RenderInputs,
     RenderSettings,
     colors_of,
@@ -32,7 +33,7 @@ from mobilegs.render.inputs import (
     validate_settings,
 )
 from mobilegs.render.kernels import cpu, cuda
-from mobilegs.render.kernels.kernel_view import kernel_view
+from mobilegs.render.kernels.kernel_view import BLACK, kernel_view
 from mobilegs.render.lobes import lobe_degree, opacity_lobes
 from mobilegs.render.pose import carried_by_gaussians, rigid
 from mobilegs.render.project import CLASSIC, Footprint, project
@@ -66,7 +67,7 @@ def _raster(means: Tensor) -> type[torch.autograd.Function]:
             f"the kernels render float32 on the CPU or a GPU, not {means.dtype} on {means.device}: "
             "use backend='reference'"
         )
-    return cuda.CudaRaster if means.is_cuda else cpu.CpuRaster
+    return cuda.CudaRaster if cuda.takes(means) else cpu.CpuRaster
 
 
 def render_sorted(
@@ -183,7 +184,7 @@ def _render(
     """Render one view, or several and stack their outputs; sort-free if there are lobes."""
     channels = inputs.colors.shape[-1]
     if background is None:
-        background = inputs.means.new_zeros(channels)
+        background = inputs.means.new_zeros(channels, device="cpu")
     if not isinstance(background, Tensor) or background.shape != (channels,):
         raise InputError(
             f"the background has shape {shape_of(background)}: [{channels}] was expected, one "
@@ -296,7 +297,36 @@ def _render_kernel(
         sh_size=colors.shape[1] if colors.ndim == 3 else 0,
         lobe_size=0 if lobes is None else lobes.shape[1],
     )
-    return Rendered(*_raster(means).apply(view, screen_grads, depth, *inputs))
+    return Rendered(*_raster(means).apply(view, screen_grads, None, depth, *inputs))
+
+
+def render_raw(
+    inputs: RenderInputs,
+    camera: Camera,
+    background: Float[Tensor, "3"],
+    settings: RenderSettings,
+    *,
+    more: MoreHarmonics | None = None,
+    sh_degree: int,
+    depth: bool = False,
+    screen_grads: Float[Tensor, "n 2"] | None = None,
+) -> Rendered:
+    """Render by the kernels from the values that training optimises, float32.
+
+    `inputs` holds the logarithms of the scales and, for sorted blending, the logits of the
+    opacities. With `more`, its colours are the first harmonics of `sh_degree`; the gradients of
+    the others do not go through autograd. The camera's have none.
+    """
+    view = kernel_view(
+        camera,
+        background,
+        settings,
+        sh_size=(sh_degree + 1) ** 2,
+        lobe_size=0 if inputs.lobes is None else inputs.lobes.shape[1],
+        raw=True,
+        more_width=0 if more is None else 3 * more.values.shape[1],
+    )
+    return Rendered(*_raster(inputs.means).apply(view, screen_grads, more, depth, *inputs))
 
 
 def _render_reference(
@@ -308,7 +338,7 @@ def _render_reference(
     screen_grads: Tensor | None,
 ) -> Rendered:
     means, quats, scales, opacities, colors, lobes = inputs
-    shift = 0
+    background, shift = background.to(means.device), 0
     if colors.ndim == 2:
         # the references clamp at 0: colours move up, and the image, a mean of them, back down
         known = torch.cat([colors, background[None]]).detach()
@@ -357,8 +387,8 @@ def measure_contributions(
         )
     black = torch.zeros_like(means[:, None, :])
     settings = RenderSettings(footprint=footprint)
-    view = kernel_view(camera, black.new_zeros(3), settings, sh_size=1, lobe_size=0)
-    kernels = cuda if means.is_cuda else cpu
+    view = kernel_view(camera, BLACK, settings, sh_size=1, lobe_size=0)
+    kernels = cuda if cuda.takes(means) else cpu
     return kernels.measure_contributions(view, means, quats, scales, opacities, black)
 
 
@@ -380,7 +410,7 @@ def visible_rows(
         visible = project(*shapes, camera=camera, footprint=footprint).visible
     else:
         settings = RenderSettings(footprint=footprint)
-        view = kernel_view(camera, black.new_zeros(3), settings, sh_size=1, lobe_size=0)
-        kernels = cuda if means.is_cuda else cpu
+        view = kernel_view(camera, BLACK, settings, sh_size=1, lobe_size=0)
+        kernels = cuda if cuda.takes(means) else cpu
         visible = kernels.project_radii(view, means, quats, scales, ones, black) > 0
     return visible.nonzero()[:, 0]

@@ -32,6 +32,18 @@ class RenderInputs(NamedTuple):
     lobes: Float[Tensor, "n m 2"] | None
 
 
+class MoreHarmonics(NamedTuple):
+    """The harmonics of colours except the first, as training optimises them.
+
+    Attributes:
+        values: `[n, k, 3]`, contiguous; the first ones of a row are rendered if k is larger.
+        gradients: to which the backward pass adds, of the same shape.
+    """
+
+    values: Float[Tensor, "n k 3"]
+    gradients: Float[Tensor, "n k 3"]
+
+
 class RenderSettings(NamedTuple):
     """Settings of a renderer, besides Gaussians, camera and background.
 

@@ -14,6 +14,7 @@ from jaxtyping import Bool, Float
 from torch import Tensor
 
 from mobilegs.camera import Camera
+from mobilegs.device import host_values
 from mobilegs.errors import InputError
 from mobilegs.spherical_harmonics import sh_colors
 
@@ -105,8 +106,7 @@ def jacobian_limits(camera: Camera) -> tuple[float, float, float, float]:
     Far outside the image the affine approximation diverges; 3DGS clamps the ray to 1.3 times half
     the field of view. This form also holds for a principal point off the centre.
     """
-    fx, fy = float(camera.K[0, 0]), float(camera.K[1, 1])
-    cx, cy = float(camera.K[0, 2]), float(camera.K[1, 2])
+    fx, _, cx, _, fy, cy, *_ = host_values(camera.K)
     margin_x = JACOBIAN_MARGIN * 0.5 * camera.width / fx
     margin_y = JACOBIAN_MARGIN * 0.5 * camera.height / fy
     return (
@@ -148,7 +148,8 @@ def project(
     scales = torch.where(valid[:, None], scales, 1.0)
     sh = torch.where(valid[:, None, None], sh, 0.0)
     points = means @ rotation.T + translation  # [n, 3] camera space
-    valid = valid & (points[:, 2].detach() > camera.near)
+    depths = points[:, 2].detach()
+    valid = valid & (depths > camera.near) & (depths < camera.far)
     x, y, z = torch.where(valid[:, None], points, 1.0).unbind(1)
 
     x_low, x_high, y_low, y_high = jacobian_limits(camera)

@@ -159,7 +159,7 @@ class LinearDecoder(ColorDecoder):
         static: Float[Tensor, "n 3"],
         view: Float[Tensor, "n v"],
     ) -> Float[Tensor, "n k 3"]:
-        latents, matrix = torch.cat([static, view], dim=1), self._matrix().T
+        latents, matrix = torch.cat([static, view], dim=1), self.matrix().T
         return product(latents, matrix, matrix.new_zeros(matrix.shape[1])).unflatten(1, (-1, 3))
 
     @torch.no_grad()
@@ -170,14 +170,14 @@ class LinearDecoder(ColorDecoder):
         view: Float[Tensor, "n v"],
     ) -> Float[Tensor, "n k 3"]:
         """Compute `forward` without gradients, in memory from `binding.empty`."""
-        matrix, device = self._matrix(), static.device
+        matrix, device = self.matrix(), static.device
         latents = binding.empty(len(static), matrix.shape[1], dtype=static.dtype, device=device)
         torch.cat([static, view], dim=1, out=latents)
         sh = binding.empty(len(static), matrix.shape[0], dtype=static.dtype, device=device)
         return torch.mm(latents, matrix.T, out=sh).unflatten(1, (-1, 3))
 
-    def _matrix(self) -> Float[Tensor, "o l"]:
-        """Both matrices as one: the product is bound by memory, not by arithmetic."""
+    def matrix(self) -> Float[Tensor, "o l"]:
+        """Return both matrices as one: the product is bound by memory, not by arithmetic."""
         return torch.block_diag(self._rounded(self.static2), self._rounded(self.view2))
 
     @torch.no_grad()

@@ -99,13 +99,13 @@ def refinement_bits(log_scales: Float[Tensor, "n 3"]) -> Int[Tensor, "n 3"]:
     apart = torch.stack([b - c, a - c, a - b], dim=1).abs()
     # limits are whole 256ths: a table takes a third of the time of a search
     entries = (apart * 256).clamp_max(LIMITS[-1]).int()
-    bits = _bits_table().int().to(entries.device)
+    bits = bits_table(entries.device).int()
     return bits.index_select(0, entries.flatten()).reshape(entries.shape)
 
 
 def refinement_bits_of(codes: Int[Tensor, "n 3"], step_size: float) -> UInt8[Tensor, "n 3"]:
     """Return `refinement_bits` of the log-scales `codes * step_size`, in little memory."""
-    fast = binding.refinement_bits(codes, step_size, _bits_table())
+    fast = binding.refinement_bits(codes, step_size, bits_table())
     if fast is not None:
         return fast
     bits = torch.empty(codes.shape, dtype=torch.uint8, device=codes.device)
@@ -116,10 +116,11 @@ def refinement_bits_of(codes: Int[Tensor, "n 3"], step_size: float) -> UInt8[Ten
 
 
 @cache
-def _bits_table() -> UInt8[Tensor, "m"]:
+def bits_table(device: torch.device | str = "cpu") -> UInt8[Tensor, "m"]:
     """Return the refinement bits by difference of log-scales, in 256ths."""
     differences = torch.arange(LIMITS[-1] + 1, dtype=torch.int32)
-    return torch.bucketize(differences, torch.tensor(LIMITS, dtype=torch.int32), right=True).byte()
+    limits = torch.tensor(LIMITS, dtype=torch.int32)
+    return torch.bucketize(differences, limits, right=True).byte().to(device)
 
 
 class RotationQuantizer(StepSizeQuantizer):

@@ -80,8 +80,11 @@ class StepSizeQuantizer(nn.Module):
     @property
     def step_size(self) -> Float[Tensor, ""]:
         """The current step size."""
-        grown = self.initial_step_size * self.log_step_offset.exp()
-        return grown.clamp(*self.step_size_range)
+        return self._grown().clamp(*self.step_size_range)
+
+    def _grown(self) -> Float[Tensor, ""]:
+        """Return the step size before it is limited."""
+        return self.initial_step_size * self.log_step_offset.exp()
 
     def select(self, rows: Tensor) -> None:
         """Keep only the rows that `rows` picks."""
@@ -98,11 +101,14 @@ class StepSizeQuantizer(nn.Module):
 
         Each doubling of the step size takes about one bit per column.
         """
-        step = self.step_size
-        fine, coarse = (
-            entropy(self.nearest(values, step * f)) for f in (1 / STEP_RATIO, STEP_RATIO)
-        )
+        fine, coarse = (entropy(codes) for codes in self.finer_and_coarser(values))
         return (coarse - fine) / (2 * math.log(STEP_RATIO))
+
+    @torch.no_grad()
+    def finer_and_coarser(self, values: Tensor) -> list[Int[Tensor, "n s"]]:
+        """Return the codes of `values` with step sizes smaller and larger by `STEP_RATIO`."""
+        step = self.step_size
+        return [self.nearest(values, step * f) for f in (1 / STEP_RATIO, STEP_RATIO)]
 
 
 class UniformQuantizer(StepSizeQuantizer):

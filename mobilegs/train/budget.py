@@ -46,7 +46,7 @@ INIT_SHARE = 0.7  # ratio of initial Gaussians to their maximum
 # Ratios of times: a teacher's step (mean over the run) to a timed one, a student's step to a
 # teacher's, and the evaluation of a held-back photo to a timed step.
 TEACHER_STEP_RATIO = {"cpu": 0.7, "cuda": 1.3}
-STUDENT_STEP_RATIO = {"cpu": 1.4, "cuda": 3.5}
+STUDENT_STEP_RATIO = {"cpu": 0.95, "cuda": 3.5}
 EVALUATION_RATIO = 2.0
 # Finding the first view, sorting into LOD levels and writing take the time of FINISH_STEPS steps
 # on images without pixels, of a scene with FINISH_SPLATS more Gaussians.
@@ -319,11 +319,15 @@ class Paced(Protocol):
     """The part of a stage that a pace needs; see `Stage`."""
 
     name: str
-    steps: int
     done: int
 
-    def set_steps(self, steps: int) -> None:
-        """Change the number of steps in total."""
+    @property
+    def steps(self) -> int:
+        """Number of steps in total."""
+        ...
+
+    def set_steps(self, steps: int, at: int) -> None:
+        """Change the number of steps in total, when `at` of them are done."""
         ...
 
 
@@ -378,5 +382,5 @@ class Pace:
         self._apply(stage, correction)
 
     def _apply(self, stage: Paced, correction: Correction) -> None:
-        stage.set_steps(correction.steps)
+        stage.set_steps(correction.steps, correction.at)
         self.checks = [f for f in self.checks if f * stage.steps > stage.done]

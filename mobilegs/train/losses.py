@@ -1,5 +1,7 @@
 """Training losses against photos, the teacher's images and the teacher's depths."""
 
+import ctypes
+import math
 from functools import lru_cache
 
 import torch
@@ -7,10 +9,11 @@ from jaxtyping import Bool, Float
 from torch import Tensor
 from torch.autograd.function import FunctionCtx
 
-from mobilegs.csrc.binding import address, library, validate
-from mobilegs.data.dataset import View
+from mobilegs.csrc.binding import address, library, supports, validate
 from mobilegs.evaluate.metrics import C1, C2, SIGMA, WINDOW
+from mobilegs.render.kernels import cuda
 from mobilegs.reproducible import total
+from mobilegs.train.cuda_losses import CudaDistillation, CudaPhotoLoss
 
 MIN_DEPTH = 1e-8  # gives pixels without depth a logarithm
 
@@ -69,29 +72,38 @@ class _Ssim(torch.autograd.Function):
         return mean + 2 * x * squares + y * product, None
 
 
-class _CpuSsim(torch.autograd.Function):
-    """SSIM of two images `[h, w, 3]` by csrc/ssim.cpp, six times faster than `_Ssim`."""
+class _CpuPhotoLoss(torch.autograd.Function):
+    """The photo loss, the squared error and the gradient, by one call of csrc/ssim.cpp."""
 
     @staticmethod
-    def forward(ctx, image: Tensor, target: Tensor) -> Tensor:
+    def forward(ctx, image: Tensor, photo: Tensor, mask: Tensor | None, ssim_weight: float):
         height, width, _ = image.shape
         validate(image, height, width, 3)
-        validate(target, height, width, 3)
-        image, target = image.detach().contiguous(), target.detach().contiguous()
-        means, score = torch.empty(height, 4, 3 * width), torch.empty_like(image)
-        pointers = [address(t) for t in (image, target, means, score)]
-        library().mgs_ssim_forward(height, width, *pointers)
-        ctx.save_for_backward(image, target, means)
-        return score
+        validate(photo, height, width, 3)
+        if mask is not None:
+            validate(mask, height, width)
+            mask = mask.contiguous()
+        image, photo = image.detach().contiguous(), photo.contiguous()
+        numbers = 3 * (height * width if mask is None else float(total(mask)))
+        count, squared = max(numbers, 1), ctypes.c_double()
+        gradient, scratch = torch.empty_like(image), torch.empty(3, *image.shape)
+        run = library().mgs_photo_loss
+        run.restype = ctypes.c_double
+        weights = [ctypes.c_float(w / count) for w in (1 - ssim_weight, ssim_weight)]
+        images = [address(t) for t in (image, photo, mask)]
+        loss = run(
+            *(height, width, *images, *weights),
+            *(address(scratch), address(gradient), ctypes.byref(squared)),
+        )
+        ctx.save_for_backward(gradient)
+        error = torch.tensor(squared.value / numbers if numbers else math.nan, dtype=torch.float32)
+        ctx.mark_non_differentiable(error)
+        return torch.tensor(loss, dtype=torch.float32), error
 
     @staticmethod
-    def backward(ctx, grad: Tensor) -> tuple[Tensor, None]:  # pyright: ignore
-        image, target, means = ctx.saved_tensors
-        height, width, _ = image.shape
-        grad, out = grad.contiguous(), torch.empty_like(image)
-        pointers = [address(t) for t in (image, target, means, grad, out)]
-        library().mgs_ssim_backward(height, width, *pointers)
-        return out, None
+    def backward(ctx, grad: Tensor, _: Tensor) -> tuple[Tensor, None, None, None]:  # pyright: ignore
+        [gradient] = ctx.saved_tensors
+        return gradient * grad, None, None, None
 
 
 def ssim_map(
@@ -100,12 +112,8 @@ def ssim_map(
     """Return SSIM (Wang et al. 2004) per pixel and channel, for values in [0, 1].
 
     The window is a Gaussian of 11 px and sigma 1.5 with zero padding, as in 3DGS. Only `image`
-    receives a gradient. Float32 on the CPU uses the compiled kernel.
+    receives a gradient.
     """
-    if image.dtype == torch.float32 and image.device.type == "cpu":
-        score = _CpuSsim.apply(image, target)
-        assert isinstance(score, Tensor)
-        return score
     score = _Ssim.apply(image.permute(2, 0, 1), target.detach().permute(2, 0, 1))
     assert isinstance(score, Tensor)
     return score.permute(1, 2, 0)
@@ -122,7 +130,10 @@ def photo_loss(
 
     `w` is `ssim_weight`; values are in [0, 1]. Where the mask is 0, SSIM's window sees the photo's
     own pixels, so these neither add to the loss nor receive a gradient. A mask of zeros gives 0.
+    Only `image` receives a gradient. Float32 uses the compiled kernels of the CPU or the GPU.
     """
+    if kernel := _photo_kernel(image):
+        return kernel.apply(image, photo, mask, ssim_weight)[0]  # pyright: ignore
     if mask is None:
         absolute = (image - photo).abs().mean()
         return (1 - ssim_weight) * absolute + ssim_weight * (1 - ssim_map(image, photo).mean())
@@ -131,6 +142,30 @@ def photo_loss(
     absolute = ((image - photo).abs().sum(2) * weight).sum()
     dissimilar = ((1 - ssim_map(image, photo)).sum(2) * weight).sum()
     return (1 - ssim_weight) * absolute + ssim_weight * dissimilar
+
+
+def photo_loss_and_error(
+    image: Float[Tensor, "h w 3"],
+    photo: Float[Tensor, "h w 3"],
+    *,
+    mask: Float[Tensor, "h w"] | None = None,
+    ssim_weight: float = 0.2,
+) -> tuple[Float[Tensor, ""], Float[Tensor, ""]]:
+    """Return `photo_loss` and the mean squared difference, averaged over the mask as well.
+
+    The squared difference has no gradient; it is NaN for a mask of zeros.
+    """
+    if kernel := _photo_kernel(image):
+        return kernel.apply(image, photo, mask, ssim_weight)  # pyright: ignore
+    loss = photo_loss(image, photo, mask=mask, ssim_weight=ssim_weight)
+    error = (image.detach() - photo).square().mean(2)
+    return loss, error.mean() if mask is None else (error * mask).sum() / mask.sum()
+
+
+def _photo_kernel(image: Tensor) -> type[torch.autograd.Function] | None:
+    if cuda.takes(image):
+        return CudaPhotoLoss
+    return _CpuPhotoLoss if supports(image) else None
 
 
 def color_distillation_loss(
@@ -150,6 +185,8 @@ def color_distillation_loss(
 
 def front_loss(coverage: Float[Tensor, "h w"], target: Float[Tensor, "h w"]) -> Float[Tensor, ""]:
     """Return the mean absolute difference between two coverages before one plane, in [0, 1]."""
+    if cuda.takes(coverage):
+        return CudaDistillation.apply(coverage, None, None, target, None, None, 1.0, 0.0)  # pyright: ignore
     return (coverage - target).abs().mean()
 
 
@@ -176,6 +213,32 @@ def depth_distillation_loss(
     return _variance(error, counts)
 
 
+def distillation_loss(
+    image: Float[Tensor, "h w 3"],
+    depth: Float[Tensor, "h w"] | None,
+    alpha: Float[Tensor, "h w"],
+    teacher: Float[Tensor, "h w 3"],
+    teacher_depth: Float[Tensor, "h w"],
+    *,
+    mask: Float[Tensor, "h w"] | None = None,
+    color_weight: float,
+    depth_weight: float,
+) -> Float[Tensor, ""]:
+    """Return the weighted sum of `color_distillation_loss` and `depth_distillation_loss`.
+
+    Depths do not count if `depth` is None. Float32 on a GPU uses kernels.
+    """
+    if cuda.takes(image):
+        depths = (None, None, None) if depth is None else (depth, alpha, teacher_depth)
+        weights = color_weight, depth_weight
+        return CudaDistillation.apply(image, *depths[:2], teacher, depths[2], mask, *weights)  # pyright: ignore
+    loss = color_weight * color_distillation_loss(image, teacher, mask=mask)
+    if depth is None:
+        return loss
+    distance = depth_distillation_loss(depth, alpha, teacher_depth, mask=mask)
+    return loss + depth_weight * distance
+
+
 def raw_depth_loss(
     depth: Float[Tensor, "h w"],
     teacher_depth: Float[Tensor, "h w"],
@@ -190,18 +253,6 @@ def raw_depth_loss(
     error = (depth + MIN_DEPTH).log() - (teacher_depth + MIN_DEPTH).log()
     counts = torch.ones_like(depth, dtype=torch.bool) if mask is None else mask > 0
     return _variance(error, counts)
-
-
-@torch.no_grad()
-def masked_mse(image: Float[Tensor, "h w 3"], view: View) -> Float[Tensor, ""]:
-    """Return the mean squared difference to a view's photo, over its mask if it has one.
-
-    A mask of zeros gives NaN.
-    """
-    error = (image - view.image).square().mean(2)
-    if view.mask is None:
-        return error.mean()
-    return (error * view.mask).sum() / view.mask.sum()
 
 
 def _variance(error: Float[Tensor, "h w"], counts: Bool[Tensor, "h w"]) -> Float[Tensor, ""]:

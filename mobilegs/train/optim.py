@@ -1,14 +1,20 @@
 """Adam over named tensors whose rows, with their moments, can be added and removed."""
 
+import ctypes
 import math
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
 
 import torch
 from jaxtyping import Bool, Int
 from torch import Tensor
 
+from mobilegs.csrc import binding
+from mobilegs.render.kernels import cuda
+
 EPS = 1e-15  # of 3DGS: gradients per Gaussian are tiny
+BETAS = 0.9, 0.999  # torch's
 MOMENTS = ("exp_avg", "exp_avg_sq")
+STEPS_MAX = 8  # tensors in one launch
 
 
 def exponential_lr(start: float, end: float, fraction: float) -> float:
@@ -18,6 +24,28 @@ def exponential_lr(start: float, end: float, fraction: float) -> float:
     """
     fraction = min(max(fraction, 0.0), 1.0)
     return math.exp(math.log(start) * (1 - fraction) + math.log(end) * fraction)
+
+
+class Trained(ctypes.Structure):
+    """A tensor with a row per Gaussian, and its Adam; mirrors `Trained` in csrc/student.h."""
+
+    _fields_ = [
+        *((name, ctypes.c_void_p) for name in ("values", "mean", "square", "grad")),
+        ("columns", ctypes.c_int),
+        ("rate", ctypes.c_float),
+        ("root", ctypes.c_float),
+    ]
+
+
+class _Steps(ctypes.Structure):
+    """Steps of several tensors; mirrors `Steps` in csrc/cuda_student.h field by field."""
+
+    _fields_ = [
+        ("tensors", Trained * STEPS_MAX),
+        ("rows", ctypes.c_int64 * STEPS_MAX),
+        ("strides", ctypes.c_int64 * STEPS_MAX),
+        ("count", ctypes.c_int),
+    ]
 
 
 class NamedAdam:
@@ -52,14 +80,63 @@ class NamedAdam:
         """Return the learning rate of one tensor."""
         return self._group(name)["lr"]
 
-    def step(self) -> None:
-        """Take one Adam step with the current gradients, then clear them."""
-        for tensor in self.tensors.values():
-            # on a GPU, Adam refuses gradients with other strides, be they of empty dimensions
-            if tensor.grad is not None and tensor.grad.stride() != tensor.stride():
-                tensor.grad = torch.empty_like(tensor).copy_(tensor.grad)
-        self.adam.step()
+    def step(self, *, without: Collection[str] = ()) -> None:
+        """Take one Adam step with the current gradients, then clear them.
+
+        Tensors named in `without` keep their gradients, to which those of later steps are added.
+        """
+        kept = {name: self.tensors[name].grad for name in without}
+        for name in kept:
+            self.tensors[name].grad = None
+        if all(_is_native(tensor) for tensor in self.tensors.values()):
+            for rows, stride, trained in self._begin_steps():
+                counts = ctypes.c_int64(rows), ctypes.c_int64(stride)
+                binding.library().mgs_adam(*counts, ctypes.byref(trained))
+        elif cuda.takes(*self.tensors.values()) and all(
+            tensor.is_contiguous() for tensor in self.tensors.values()
+        ):
+            steps = self._begin_steps()
+            for first in range(0, len(steps), STEPS_MAX):
+                _launch(steps[first : first + STEPS_MAX], next(iter(self.tensors.values())))
+        else:
+            for tensor in self.tensors.values():
+                # fused Adam refuses gradients with other strides, or misreads them
+                if tensor.grad is not None and tensor.grad.stride() != tensor.stride():
+                    tensor.grad = torch.empty_like(tensor).copy_(tensor.grad)
+            self.adam.step()
         self.adam.zero_grad(set_to_none=True)
+        for name, grad in kept.items():
+            self.tensors[name].grad = grad
+
+    def _begin_steps(self) -> list[tuple[int, int, Trained]]:
+        """Return the rows, the floats from one row of the gradient to the next, and the tensors."""
+        steps = []
+        for name, tensor in self.tensors.items():
+            if (grad := tensor.grad) is None:
+                continue
+            grad = grad.reshape(1) if grad.ndim == 0 else grad
+            columns, stride = math.prod(grad.shape[1:]), grad.stride(0)
+            if not grad[:1].is_contiguous():
+                tensor.grad = grad = grad.contiguous()  # held until the step is done
+                stride = columns
+            mean, square, rate, root = self.begin_step(name)
+            pointers = [t.data_ptr() for t in (tensor, mean, square, grad)]
+            steps.append((len(grad), stride, Trained(*pointers, columns, rate, root)))
+        return steps
+
+    def begin_step(self, name: str) -> tuple[Tensor, Tensor, float, float]:
+        """Count a step of one tensor, which the caller takes in place, and return what it needs.
+
+        That is both moments, `lr / (1 - beta1^t)` and `1 / sqrt(1 - beta2^t)`.
+        """
+        tensor = self.tensors[name]
+        state = self.adam.state[tensor]
+        if not state:
+            state["step"] = 0
+            state.update({key: torch.zeros_like(tensor) for key in MOMENTS})
+        state["step"] = done = int(state["step"]) + 1  # a number, which is read on the host
+        biases = [1 - beta**done for beta in BETAS]
+        return *(state[key] for key in MOMENTS), self.lr(name) / biases[0], biases[1] ** -0.5
 
     def add(self, name: str, tensor: Tensor, lr: float) -> None:
         """Add a tensor; the others keep their moments."""
@@ -122,6 +199,8 @@ class NamedAdam:
                 "value": tensor.detach(),
                 "lr": float(self._group(name)["lr"]),
                 **self.adam.state.get(tensor, {}),
+                **self._steps_taken(tensor),
+                **({} if tensor.grad is None else {"grad": tensor.grad}),
             }
             for name, tensor in self.tensors.items()
         }
@@ -138,7 +217,7 @@ class NamedAdam:
             value = saved["value"]
             known = self.tensors[name] if name in self.tensors else value
             step = saved["step"] if "step" in saved else torch.zeros(())
-            held = [value, *(saved[key] for key in MOMENTS if key in saved)]
+            held = [value, *(saved[key] for key in (*MOMENTS, "grad") if key in saved)]
             alike = all(each.shape == value.shape and each.dtype == known.dtype for each in held)
             # rows come and go, and so do the harmonics in the middle of [n, k, 3]
             ends = [(each.ndim, each.shape[1:][-1:]) for each in (value, known)]
@@ -161,11 +240,17 @@ class NamedAdam:
                 self._replace(name, saved["value"].to(tensor.device), {})
                 tensor = self.tensors[name]
             self._group(name)["lr"] = saved["lr"]
-            self.adam.state[tensor] = {
-                key: saved[key].to(tensor.device, copy=True)
-                for key in ("step", *MOMENTS)
-                if key in saved
+            # steps stay on the host, where they are read
+            taken = {"step": saved["step"].clone()} if "step" in saved else {}
+            self.adam.state[tensor] = taken | {
+                key: saved[key].to(tensor.device, copy=True) for key in MOMENTS if key in saved
             }
+            if "grad" in saved:
+                tensor.grad = saved["grad"].to(tensor.device, copy=True)
+
+    def _steps_taken(self, tensor: Tensor) -> dict[str, Tensor]:
+        state = self.adam.state.get(tensor, {})
+        return {"step": torch.as_tensor(float(state["step"]))} if state else {}
 
     def validate_rows(self, *others: Tensor) -> None:
         """Raise ValueError unless all tensors, and all `others`, have a row for each Gaussian."""
@@ -176,17 +261,34 @@ class NamedAdam:
         return next(group for group in self.adam.param_groups if group["name"] == name)
 
     def _moments(self, tensor: Tensor) -> dict[str, Tensor]:
+        """Return the moments of a tensor, and gradients that no step has taken yet."""
         state = self.adam.state.get(tensor, {})
-        return {key: state[key] for key in MOMENTS if key in state}
+        found = {key: state[key] for key in MOMENTS if key in state}
+        return found if tensor.grad is None else found | {"grad": tensor.grad}
 
     def _replace(self, name: str, value: Tensor, moments: dict[str, Tensor]) -> None:
         old = self.tensors[name]
         new = _leaf(value)
+        new.grad = moments.pop("grad", None)
         state = self.adam.state.pop(old, {})
         if moments:
             self.adam.state[new] = {"step": state["step"], **moments}
         self._group(name)["params"][0] = new
         self.tensors[name] = new
+
+
+def _is_native(tensor: Tensor) -> bool:
+    return binding.supports(tensor) and tensor.is_contiguous()
+
+
+def _launch(steps: list[tuple[int, int, Trained]], on: Tensor) -> None:
+    """Take the steps of at most `STEPS_MAX` tensors on the device of `on`."""
+    struct, kernels = _Steps(count=len(steps)), cuda.kernels_for(on)
+    for i, (rows, stride, trained) in enumerate(steps):
+        struct.tensors[i], struct.rows[i], struct.strides[i] = trained, rows, stride
+    blocks = sum(-(-rows * trained.columns // cuda.THREADS) for rows, _, trained in steps)
+    with kernels.current():
+        kernels.launch("mgs_adam", blocks, cuda.THREADS, struct)
 
 
 def _leaf(value: Tensor) -> Tensor:

@@ -88,6 +88,7 @@ def short_recipe() -> Recipe:
             init_splats=40_000,
             far_splats=3000,
             far_visibility=0.2,
+            sh_every=16,
             lr=rates_for(5000),
             # without large Gaussians, a small budget leaves holes in the background
             densify=DensifyConfig(start=LATE_START, prune_scale=0.0),
@@ -239,7 +240,7 @@ def with_method(recipe: Recipe, method: MethodName) -> Recipe:
     Steps and numbers of Gaussians stay. `mcmc` starts from Gaussians of the usual size and opacity:
     with those of its paper, a tenth as large, short runs never fill the background.
     """
-    teacher = replace(recipe.teacher, lr=TeacherLearningRates(), first_divisor=1)
+    teacher = replace(recipe.teacher, lr=TeacherLearningRates(), first_divisor=1, sh_every=1)
     densify = replace(teacher.densify, start=DensifyConfig().start)
     if method == "3dgs":
         densify = replace(densify, strategy="clone_split", opacity_reset=0.1)

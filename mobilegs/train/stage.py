@@ -1,5 +1,6 @@
 """The interface of a training stage, teacher or student, to the step loop."""
 
+from collections.abc import Sequence
 from typing import NamedTuple, Protocol, runtime_checkable
 
 import torch
@@ -24,6 +25,15 @@ class StepResult(NamedTuple):
     mse: Float[Tensor, ""]
     spread: float | None = None
 
+    @classmethod
+    def of(
+        cls, losses: Sequence[Tensor], errors: Sequence[Tensor], spread: float | None = None
+    ) -> "StepResult":
+        """Return the result of a step with these losses and squared errors of its views."""
+        if len(losses) == 1:
+            return cls(losses[0], errors[0], spread)
+        return cls(torch.stack([*losses]).mean(), torch.stack([*errors]).nanmean(), spread)
+
 
 @runtime_checkable
 class Stage(Protocol):
@@ -31,14 +41,17 @@ class Stage(Protocol):
 
     name: str
     """`teacher` or `student`."""
-    steps: int
-    """Number of steps in total."""
     done: int
     """Number of steps taken so far."""
     views_per_step: int
     """Views in a step, over all processes."""
     exposures: Exposures | None
     """Colours of single photos; None while they are not learned."""
+
+    @property
+    def steps(self) -> int:
+        """Number of steps in total."""
+        ...
 
     @property
     def any_threads(self) -> bool:
@@ -55,8 +68,12 @@ class Stage(Protocol):
         """Number of Gaussians."""
         ...
 
-    def set_steps(self, steps: int) -> None:
-        """Change the number of steps in total, to more than `done`; schedules adapt."""
+    def set_steps(self, steps: int, at: int) -> None:
+        """Change the number of steps in total, to more than `at`, when `at` of them are done.
+
+        The steps left divide the time left of all schedules. Changes come in rising order of `at`,
+        which may lie before `done`: a resumed run repeats them.
+        """
         ...
 
     def advance(self, views: list[tuple[int, View]]) -> StepResult:

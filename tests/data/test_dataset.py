@@ -42,6 +42,24 @@ def test_a_cached_view_is_not_read_again(tmp_path):
         loader.get(1)
 
 
+def test_photos_stay_on_a_gpu_while_there_is_room(tmp_path, monkeypatch):
+    size = 12 * 8 * 3
+    monkeypatch.setattr("mobilegs.data.dataset.free_bytes", lambda device: 4 * 2 * size)
+    frames = load_capture(write_capture_of_noise(tmp_path)).train
+    loader = ViewLoader(frames, cache_bytes=size)
+    first = [loader.get(index, "meta") for index in range(3)]
+    for frame in frames:
+        assert frame.image_path is not None
+        frame.image_path.unlink()
+    again = [loader.get(index, "meta") for index in range(3)]  # the third is in main memory
+    assert [view.camera is old.camera for view, old in zip(again, first, strict=True)] == [
+        *(True, True, False)
+    ]
+    assert all(view.image.device.type == "meta" for view in again)
+    with pytest.raises(InputError):
+        loader.get(3, "meta")
+
+
 def test_changing_a_view_does_not_change_the_cache(tmp_path):
     loader = ViewLoader(load_capture(write_capture_of_noise(tmp_path)).train)
     before = loader.get(0).image.clone()
@@ -49,7 +67,8 @@ def test_changing_a_view_does_not_change_the_cache(tmp_path):
     assert torch.equal(loader.get(0).image, before)
 
 
-def test_a_view_moves_to_the_device_with_8_bits_per_channel(tmp_path):
+def test_a_view_moves_to_the_device_with_8_bits_per_channel(tmp_path, monkeypatch):
+    monkeypatch.setattr("mobilegs.data.dataset.free_bytes", lambda device: 0)
     moved = []
 
     class RecordMoves(TorchFunctionMode):

@@ -75,3 +75,22 @@ def test_cameras_that_do_not_fit_are_refused(cameras, options, message, monkeypa
     monkeypatch.setattr(mobilegs.render, "_render", inspect.unwrap(mobilegs.render._render))
     with pytest.raises(InputError, match=message):
         inspect.unwrap(render_sorted)(*flat, camera=cameras, **options)
+
+
+@pytest.mark.parametrize("backend", ["reference", "kernel", "cuda"])
+@pytest.mark.parametrize("kind", RENDER)
+def test_gaussians_from_the_far_plane_on_are_not_rendered(kind, backend, request):
+    if backend == "cuda":
+        request.getfixturevalue("on_host")
+    render, names = RENDER[kind]
+    scene, view = random_scene(60, seed=5), camera().to(dtype=torch.float32)
+    tensors = [scene[name].float() for name in names]
+    depths = view.depths(tensors[0])
+    far = float(depths.median()) + 1e-4
+    options = {"backend": "reference" if backend == "reference" else "kernel"}
+    found = render(*tensors, camera=replace(view, far=far), **options)
+    nearer = depths < far
+    cut = render(*[tensor[nearer] for tensor in tensors], camera=view, **options)
+    torch.testing.assert_close(found.image, cut.image, rtol=1e-5, atol=1e-6)
+    assert not found.radii[~nearer].any() and found.radii[nearer].any()
+    assert not torch.equal(found.image, render(*tensors, camera=view, **options).image)

@@ -5,13 +5,15 @@ import torch
 
 from mobilegs.render import measure_contributions, render_sorted, visible_rows
 from mobilegs.render.kernels import cuda
+from mobilegs.render.kernels.list_lengths import ListLengths
 from tests.support.contributions import compare_case
-from tests.support.golden import CASES, INVALID
+from tests.support.golden import CASES, INVALID, RENDERERS, input_names
 from tests.support.kernels import (
     CASES_OF_OTHERS,
     EVERYTHING,
     OTHERS,
     check_invalid_values,
+    check_lists_without_room,
     compare_with_reference,
     render_all,
 )
@@ -79,6 +81,26 @@ def test_two_runs_give_the_same_bits(renderer):
     for _ in range(3):
         for name, value in render_all(scene, view, renderer, device="cuda").items():
             assert torch.equal(value, first[name]), name
+
+
+@pytest.mark.parametrize("renderer", EVERYTHING)
+def test_lists_without_room_change_neither_image_nor_gradients(renderer):
+    kernels = cuda.kernels_for(torch.empty(0, device="cuda"))
+    check_lists_without_room(renderer, lambda: setattr(kernels, "lengths", ListLengths()), "cuda")
+
+
+@pytest.mark.parametrize("renderer", BOTH)
+def test_a_known_view_waits_for_nothing(renderer):
+    scene = {name: value.float().to("cuda") for name, value in random_scene(3000, seed=27).items()}
+    render, options = RENDERERS[renderer]
+    leaves = [scene[name].requires_grad_() for name in input_names(renderer)]
+    view, grad = camera().to("cuda", torch.float32), torch.ones(37, 45, 3, device="cuda")
+    for waits in ("default", "error"):
+        torch.cuda.set_sync_debug_mode(waits)
+        try:
+            render(*leaves, camera=view, **options).image.backward(grad)
+        finally:
+            torch.cuda.set_sync_debug_mode("default")
 
 
 @pytest.mark.parametrize("renderer", BOTH)

@@ -156,4 +156,4 @@ def test_inputs_of_the_wrong_shape_or_type_are_refused(name, change, message):
     scene["opacities"] = None
     with pytest.raises(InputError, match=message):
         names = (*SORTED, "lobes")
-        cpu.CpuRaster.apply(view, None, False, *[scene[name] for name in names])
+        cpu.CpuRaster.apply(view, None, None, False, *[scene[name] for name in names])

@@ -247,7 +247,7 @@ def test_doubling_the_step_size_saves_one_bit_per_column() -> None:
     assert codes.log_step_gradient(values) == pytest.approx(-3 / math.log(2), rel=0.05)
     shifted = torch.nn.Parameter(values - 300)
     codes.reassign(shifted)
-    add_rate_gradients(codes, shifted, 2.0)
+    add_rate_gradients({"scale": codes}, {"scale": shifted}, 2.0)
     assert codes.log_step_offset.grad == pytest.approx(2 * -3 / math.log(2), rel=0.15)
     quats, log_scales = canonical_pairs(*ellipsoids(20_000))
     rotations = RotationQuantizer.fit(

@@ -1,7 +1,10 @@
 """Comparison of a renderer's kernels with its float64 reference."""
 
+from collections.abc import Callable
+
 import torch
 
+from mobilegs.render.kernels import cuda
 from tests.support.golden import (
     BASE,
     DETACHED,
@@ -19,6 +22,7 @@ from tests.support.scenes import (
     camera,
     cotangents,
     near_threshold,
+    random_scene,
     render_with_grads,
 )
 
@@ -74,6 +78,22 @@ def render_all(scene, view, renderer: str, **more) -> dict[str, torch.Tensor]:
     given = {"cotangents": cotangents(view), "dtype": torch.float32, "backend": "kernel"}
     outputs, grads = render_with_grads(render, scene, view, **(given | options | more))
     return {**outputs, **grads}
+
+
+def check_lists_without_room(
+    renderer: str, forget: Callable[[], None], device: str = "cpu"
+) -> None:
+    """Check that lists that are longer than was known change no bit; `forget` clears what was."""
+    scene, view = as_float32(random_scene(400, seed=18)), camera(56, 50)
+    scene["scales"][:3] = 3.0
+    kernels = cuda.kernels_for(torch.empty(0, device=device))
+    forget()
+    expected = render_all(scene, view, renderer, device=device)
+    (alike,) = kernels.lengths.longest
+    forget()
+    kernels.lengths.learn(alike, 20)
+    for name, value in render_all(scene, view, renderer, device=device).items():
+        assert torch.equal(value, expected[name]), name
 
 
 def check_invalid_values(bad: str, renderer: str, **more) -> None:

@@ -37,8 +37,8 @@ class Clocked:
     name: str = "teacher"
     done: int = 0
 
-    def set_steps(self, steps: int) -> None:
-        assert steps > self.done
+    def set_steps(self, steps: int, at: int) -> None:
+        assert steps > self.done >= at
         self.steps = steps
 
 
@@ -147,7 +147,7 @@ def test_a_small_file_has_fewer_gaussians(
 def test_more_minutes_buy_larger_photos_and_more_gaussians(
     dataset: Dataset, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    times = (2, 10, 120)
+    times = (1, 3, 120)
     plans = [planned(dataset, minutes, monkeypatch) for minutes in times]
     splats = [plan.recipe.teacher.max_splats for plan in plans]
     divisors = [plan.downscale or 1 for plan in plans]

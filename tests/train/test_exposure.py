@@ -11,6 +11,7 @@ from PIL import Image
 from mobilegs.camera import Camera
 from mobilegs.data.dataset import Dataset, Frame, load_view
 from mobilegs.evaluate.metrics import psnr
+from mobilegs.render.scene import Scene
 from mobilegs.train import exposure
 from mobilegs.train.exposure import (
     ExposureConfig,
@@ -21,7 +22,7 @@ from mobilegs.train.exposure import (
     vignette,
 )
 from mobilegs.train.teacher.trainer import Teacher, TeacherConfig
-from tests.support.tiny import CPU, TEACHER, train
+from tests.support.tiny import CPU, TEACHER, blobs, train
 
 LEARNED = ExposureConfig(learned="always")
 NEVER = ExposureConfig(learned="never")
@@ -115,7 +116,7 @@ def test_a_teacher_finds_the_gains_of_uneven_photos(uneven: Dataset) -> None:
 
 
 def test_photos_decide_whether_exposures_are_learned(dataset: Dataset, uneven: Dataset) -> None:
-    scene = trained(replace(TEACHER, steps=240, exposure=NEVER), dataset).scene()
+    scene = Scene(blobs(), near=0.2)  # a teacher's depths are right by luck at this size
     (found, even), (_, differing) = (
         exposures_for(ExposureConfig(), scene, each.train) for each in (dataset, uneven)
     )
@@ -124,7 +125,7 @@ def test_photos_decide_whether_exposures_are_learned(dataset: Dataset, uneven: D
     assert found is not None and spread == differing
     grey = torch.full((1, 1, 3), 0.4)
     gains = torch.stack([found.apply(i, grey).mean() for i in range(6)]).detach()
-    assert float(torch.corrcoef(torch.stack([gains, GAINS]))[0, 1]) > 0.9
+    assert float(torch.corrcoef(torch.stack([gains, GAINS]))[0, 1]) > 0.8  # over neighbours
     assert exposures_for(NEVER, scene, uneven.train) == (None, None)
     assert exposures_for(LEARNED, scene, dataset.train)[0] is not None
 

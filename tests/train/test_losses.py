@@ -9,6 +9,7 @@ from mobilegs.train.losses import (
     color_distillation_loss,
     depth_distillation_loss,
     photo_loss,
+    photo_loss_and_error,
     raw_depth_loss,
     ssim_map,
 )
@@ -35,20 +36,26 @@ def test_training_and_evaluation_have_the_same_ssim(pictures: tuple[Tensor, Tens
     torch.testing.assert_close(ours, metrics.ssim_map(*pictures), atol=1e-12, rtol=0)
 
 
-@pytest.mark.parametrize("size", [(1, 1), (3, 40), (13, 17), (40, 7)])
-def test_the_ssim_kernel_agrees_with_the_reference(
-    size: tuple[int, int], generator: torch.Generator
+@pytest.mark.parametrize("masked", [False, True])
+@pytest.mark.parametrize("size", [(1, 1), (3, 40), (13, 17), (100, 7)])
+def test_the_kernel_of_the_photo_loss_agrees_with_the_reference(
+    size: tuple[int, int], masked: bool, generator: torch.Generator
 ) -> None:
-    image, photo, pull = torch.rand(3, *size, 3, generator=generator, dtype=torch.float64)
+    image, photo = torch.rand(2, *size, 3, generator=generator, dtype=torch.float64)
+    mask = (torch.rand(*size, generator=generator) > 0.5).double() if masked else None
     results = []
     for dtype in (torch.float32, torch.float64):
         leaf = image.to(dtype).requires_grad_()
-        score = ssim_map(leaf, photo.to(dtype))
-        score.backward(pull.to(dtype))
+        weights = None if mask is None else mask.to(dtype)
+        loss, error = photo_loss_and_error(leaf, photo.to(dtype), mask=weights, ssim_weight=0.3)
+        assert not error.requires_grad
+        assert loss == photo_loss(leaf, photo.to(dtype), mask=weights, ssim_weight=0.3)
+        (3 * loss).backward()
         assert leaf.grad is not None
-        results.append((score.detach().double(), leaf.grad.double()))
+        results.append((loss.detach().double(), error.double(), leaf.grad.double()))
     for kernel, definition in zip(*results, strict=True):
-        assert (kernel - definition).norm() <= 1e-4 * definition.norm()
+        assert bool((kernel.isnan() == definition.isnan()).all())
+        assert (kernel - definition).nan_to_num().norm() <= 1e-4 * definition.nan_to_num().norm()
 
 
 def test_the_adjoint_of_ssim_passes_gradcheck(pictures: tuple[Tensor, Tensor]) -> None:

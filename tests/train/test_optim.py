@@ -4,6 +4,7 @@ import pytest
 import torch
 from torch import Tensor
 
+from mobilegs.train import optim
 from mobilegs.train.optim import NamedAdam
 
 
@@ -55,20 +56,64 @@ def test_a_restored_optimiser_continues_the_same(adam: NamedAdam) -> None:
         assert torch.equal(tensor, other.tensors[name])
 
 
-def test_gradients_get_the_strides_that_adam_asks_for_on_a_gpu() -> None:
-    sh = torch.zeros(5, 16, 3)
-    tensors = {"sh0": sh[:, :1], "sh_rest": sh[:, 1:1], "square": torch.zeros(4, 4)}
-    adam = NamedAdam(tensors, dict.fromkeys(tensors, 0.1))
-    strides = []
+@pytest.fixture(params=["cpu", "gpu", "torch"])
+def kind(request: pytest.FixtureRequest, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Take steps by the C++ library, by the emulated CUDA kernel, or by torch."""
+    if request.param != "cpu":
+        monkeypatch.setattr(optim, "_is_native", lambda tensor: False)
+    if request.param == "gpu":
+        request.getfixturevalue("on_host")
 
-    def note(*_: object) -> None:
-        strides.extend(
-            (t.stride(), t.grad.stride()) for t in adam.tensors.values() if t.grad is not None
-        )
 
-    adam.adam.register_step_pre_hook(note)
-    adam.tensors["sh0"].grad = torch.ones(5, 1, 3)
-    adam.tensors["sh_rest"].grad = torch.ones(5, 16, 3)[:, 1:1]
-    adam.tensors["square"].grad = torch.ones(4, 4).T
-    adam.step()
-    assert strides == [((3, 3, 1),) * 2, ((3, 3, 1),) * 2, ((4, 1),) * 2]
+@pytest.mark.usefixtures("kind")
+@pytest.mark.parametrize("cut", [False, True])
+def test_a_step_is_that_of_torch(cut: bool, generator: torch.Generator) -> None:
+    start = {"a": torch.randn(1300, 4, 3, generator=generator), "b": torch.ones(3)}
+    start["c"] = torch.ones(())
+    start |= {f"more {i}": torch.ones(3, i) for i in range(9)}  # a tensor without numbers, too
+    ours = NamedAdam(start, dict.fromkeys(start, 0.1))
+    copies = [value.clone().requires_grad_() for value in start.values()]
+    torchs = torch.optim.Adam(copies, lr=0.1, eps=1e-15)
+    for _ in range(5):
+        for tensor, copy in zip(ours.tensors.values(), copies, strict=True):
+            grad = torch.randn(tensor.shape, generator=generator)
+            if cut and tensor.ndim == 3:  # as slices of one tensor have them
+                grad = torch.cat([grad, grad], dim=1)[:, : tensor.shape[1]]
+            tensor.grad, copy.grad = grad, grad.clone()
+        ours.step()
+        torchs.step()
+        assert all(tensor.grad is None for tensor in ours.tensors.values())
+    for tensor, copy in zip(ours.tensors.values(), copies, strict=True):
+        torch.testing.assert_close(tensor, copy, atol=1e-6, rtol=1e-5)
+        assert ours.adam.state[tensor]["step"] == 5
+
+
+def test_a_step_without_a_tensor_leaves_its_gradient_to_later_steps(
+    generator: torch.Generator,
+) -> None:
+    start = {name: torch.randn(6, 2, generator=generator) for name in ("kept", "other")}
+    adam, plain = (NamedAdam(start, dict.fromkeys(start, 0.1)) for _ in range(2))
+    grads = [torch.randn(6, 2, generator=generator) for _ in range(2)]
+    for tensor in adam.tensors.values():
+        tensor.grad = grads[0].clone()
+    adam.step(without=("kept",))
+    assert torch.equal(adam.tensors["kept"], start["kept"])
+    assert not torch.equal(adam.tensors["other"], start["other"])
+    other = NamedAdam(start, dict.fromkeys(start, 0.9))
+    other.restore(adam.state())
+    for each in (adam, other):
+        rows = torch.tensor([True, False, True, True, False, True])
+        each.keep_rows(rows)
+        each.append_rows({name: torch.ones(1, 2) for name in start})
+        kept = each.tensors["kept"]
+        assert kept.grad is not None
+        assert torch.equal(kept.grad, torch.cat([grads[0][rows], torch.zeros(1, 2)]))
+        kept.grad += torch.cat([grads[1][rows], torch.zeros(1, 2)])
+        each.step()
+    plain.keep_rows(rows)
+    plain.append_rows({name: torch.ones(1, 2) for name in start})
+    plain.tensors["kept"].grad = torch.cat([(grads[0] + grads[1])[rows], torch.zeros(1, 2)])
+    plain.step()
+    for each in (adam, other):
+        torch.testing.assert_close(each.tensors["kept"], plain.tensors["kept"])
+    assert torch.equal(adam.tensors["other"], other.tensors["other"])

@@ -36,8 +36,16 @@ class Thread {
   }
 }
 
-/** Wait until what has been begun is done: threads start and get messages a little later. */
+/** Wait until what has been begun is done: messages arrive a little later. */
 const soon = () => new Promise((resolve) => setTimeout(resolve, 20));
+
+/** The thread that an action starts, once it has its request: its program is unpacked first. */
+async function startedBy(act) {
+  const known = Thread.all.length;
+  act();
+  for (let waits = 0; waits < 500 && !Thread.all[known]?.request; waits++) await soon();
+  return Thread.all.at(-1);
+}
 
 /** Something that looks like WebGL2 and draws nothing; `events` are what its canvas listens to. */
 function contextOf(events) {
@@ -95,11 +103,7 @@ async function begun() {
   const canvas = { width: 1, height: 1, getContext: (name) => (name === "webgl2" ? contextOf(events) : null) };
   const view = new SceneView(canvas, { ...listener, changed() {} }, { floats: false, strips: false }, false);
   assert.ok(await view.begin("webgl"));
-  const asked = async (url) => {
-    view.load({ url });
-    await soon();
-    return Thread.all.at(-1);
-  };
+  const asked = (url) => startedBy(() => view.load({ url }));
   return { view, log, events, asked };
 }
 
@@ -149,9 +153,7 @@ test("a failed scene keeps the previous one, which is restored with its context"
 
   events.webglcontextlost({ preventDefault() {} });
   assert.ok(view.broken);
-  events.webglcontextrestored();
-  await soon();
-  const again = Thread.all.at(-1);
+  const again = await startedBy(() => events.webglcontextrestored());
   assert.deepEqual(again.request, { url: "first" });
   for (const part of [scene(7), done(100)]) await again.says(part);
   assert.ok(!view.broken);
@@ -175,9 +177,7 @@ test("a scene that was loading when the context was lost arrives as a new one", 
   await (await asked("first")).says(scene(7));
   await asked("second");
   events.webglcontextlost({ preventDefault() {} });
-  events.webglcontextrestored();
-  await soon();
-  const again = Thread.all.at(-1);
+  const again = await startedBy(() => events.webglcontextrestored());
   assert.deepEqual(again.request, { url: "second" });
   await again.says(scene(5));
   assert.deepEqual(log.map((line) => line.split(" ")[0]), ["arrived", "broken", "arrived"]);

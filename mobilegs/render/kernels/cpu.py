@@ -18,15 +18,15 @@ class _Pointers(ctypes.Structure):
 
 
 class Inputs(_Pointers):
-    """Pointers to means, quats, scales, opacities, sh and lobes; `Inputs` in csrc/cpu_common.h."""
+    """Pointers to what a renderer reads, in the order of `Inputs` in csrc/cpu_common.h."""
 
-    _fields_ = [(f"p{i}", ctypes.c_void_p) for i in range(6)]
+    _fields_ = [(f"p{i}", ctypes.c_void_p) for i in range(7)]
 
 
 class Gradients(_Pointers):
     """Pointers to the gradients of all `Inputs`, and to the screen gradients."""
 
-    _fields_ = [(f"p{i}", ctypes.c_void_p) for i in range(7)]
+    _fields_ = [(f"p{i}", ctypes.c_void_p) for i in range(8)]
 
 
 @cache
@@ -60,10 +60,10 @@ class CpuRaster(torch.autograd.Function):
     """Both renderers on the CPU: sorted with `opacities`, sort-free with `lobes`; one is None."""
 
     @staticmethod
-    def forward(ctx, view, screen_grads, depth, means, quats, scales, opacities, sh, lobes):
+    def forward(ctx, view, screen_grads, more, depth, means, quats, scales, opacities, sh, lobes):
         native, count = library(), len(means)
         inputs = [means, quats, scales, opacities, sh, lobes]
-        validate_inputs(view, inputs, screen_grads)
+        validate_inputs(view, inputs, screen_grads, more)
         inputs = [None if t is None else t.detach().contiguous() for t in inputs]
         shape = (view.height, view.width)
         image, alpha = torch.empty(*shape, 3), torch.empty(shape)
@@ -78,9 +78,10 @@ class CpuRaster(torch.autograd.Function):
             sums = torch.empty(view.pixels * (5 + depth + view.two_pass + (view.levels > 1)))
             run = native.mgs_sortfree_forward
         outputs = [address(t) for t in (splats, radii, sums, image, alpha, depths)]
-        bins = run(ctypes.byref(view), count, ctypes.byref(Inputs(inputs)), *outputs)
+        read = [*inputs, more and more.values]
+        bins = run(ctypes.byref(view), count, ctypes.byref(Inputs(read)), *outputs)
         ctx.bins = _Bins(native, bins) if lobes is None else None
-        ctx.view, ctx.depth, ctx.screen_grads = view, depth, screen_grads
+        ctx.view, ctx.depth, ctx.screen_grads, ctx.more = view, depth, screen_grads, more
         ctx.save_for_backward(*inputs, splats, sums)
         ctx.mark_non_differentiable(radii)
         ctx.set_materialize_grads(False)
@@ -98,14 +99,15 @@ class CpuRaster(torch.autograd.Function):
             g_depth = torch.zeros(shape) if grads[2] is None else grads[2].contiguous()
         out = [None if t is None else torch.empty_like(t) for t in inputs]
         pixels = [address(t) for t in (sums, g_image, g_alpha, g_depth)]
-        args = [ctypes.byref(view), count, ctypes.byref(Inputs(inputs)), address(splats)]
-        filled = ctypes.byref(Gradients([*out, ctx.screen_grads]))
+        more, more_grads = ctx.more or (None, None)
+        args = [ctypes.byref(view), count, ctypes.byref(Inputs([*inputs, more])), address(splats)]
+        filled = ctypes.byref(Gradients([*out, more_grads, ctx.screen_grads]))
         if ctx.bins is None:
             native.mgs_sortfree_backward(*args, *pixels, filled)
         else:
             bins = ctypes.c_void_p(ctx.bins.pointer)
             native.mgs_sorted_backward(*args, bins, *pixels, filled)
-        return None, None, None, *out
+        return None, None, None, None, *out
 
 
 def project_radii(
@@ -119,7 +121,7 @@ def project_radii(
     library().mgs_project(
         ctypes.byref(view),
         len(means),
-        ctypes.byref(Inputs([*inputs, None])),
+        ctypes.byref(Inputs([*inputs, None, None])),
         address(splats),
         address(radii),
     )
@@ -137,6 +139,6 @@ def measure_contributions(
     weights, touched = torch.empty(count), torch.empty(count, dtype=torch.int32)
     winner, alpha = torch.empty(shape, dtype=torch.int32), torch.empty(shape)
     outputs = [address(t) for t in (splats, radii, weights, touched, winner, alpha)]
-    pointers = ctypes.byref(Inputs([*inputs, None]))
+    pointers = ctypes.byref(Inputs([*inputs, None, None]))
     library().mgs_contributions(ctypes.byref(view), count, pointers, *outputs)
     return Contributions(weights, touched, count_wins(winner, count), winner, alpha)

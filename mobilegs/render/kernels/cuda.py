@@ -1,4 +1,4 @@
-"""The CUDA kernels: csrc/cuda.cu, compiled by NVRTC at first use; torch sorts and scans.
+"""The CUDA kernels: csrc/cuda.cu, compiled by NVRTC at first use.
 
 Users need no CUDA toolkit: cuda-core and NVRTC are Python packages. Compiled kernels are kept in a
 cache folder. Where there is no GPU, tests compile every kernel and emulate it thread by thread on a
@@ -16,6 +16,7 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from functools import cache
 from pathlib import Path
+from typing import NamedTuple
 
 import torch
 from torch import Tensor
@@ -24,14 +25,29 @@ from mobilegs.atomic import atomic_write
 from mobilegs.errors import InputError
 from mobilegs.render.contributions import Contributions, count_wins
 from mobilegs.render.kernels.kernel_view import SPLAT_BYTES, KernelView, validate_inputs
+from mobilegs.render.kernels.list_lengths import (
+    ROOM_MAX,
+    DelayedLength,
+    Length,
+    ListLengths,
+    room_for,
+)
 
 SOURCES = (
     "cuda.cu",
     "cuda_common.h",
     "cuda_contributions.h",
+    "cuda_lists.h",
+    "cuda_loss.h",
     "cuda_sorted.h",
     "cuda_sortfree.h",
+    "cuda_student.h",
+    "cuda_terms.h",
+    "student.h",
+    "group.h",
     "pairs.h",
+    "photo_loss.h",
+    "terms.h",
     "core.h",
     "lanes.h",
 )
@@ -40,7 +56,11 @@ THREADS = 256  # of every kernel but the sorted backward walk
 CSRC = Path(__file__).parents[2] / "csrc"
 WALK_THREADS = 128
 PER_WARP = 8  # Gaussians a block takes where each gets a warp
+COARSE = 4  # side of the pixels of the coarsest target that a block takes in the backward pass
+GATHERED = 128  # entries whose Gaussians a block of the sort-free backward pass takes
 SUMS = 12  # floats of a Gaussian's or an entry's sums
+SORT_PART = 2048  # items that a block sorts at a time
+SORT_BLOCKS, FILL_BLOCKS = 256, 1024  # at most
 
 
 def _missing(error: Exception) -> InputError:
@@ -126,6 +146,11 @@ class Kernels:
         major, minor = torch.cuda.get_device_capability(device)
         self.code = ObjectCode.from_cubin(cubin(f"sm_{major}{minor}"), name="cuda.cu")
         self.functions = {}
+        self.lengths = ListLengths()
+
+    def read_later(self, length: Tensor) -> Length:
+        """Return the length of a list, which is read once the GPU has counted it."""
+        return DelayedLength(length)
 
     @contextmanager
     def current(self) -> Iterator[None]:
@@ -169,81 +194,192 @@ def _kernels(index: int) -> Kernels:
     return Kernels(torch.device("cuda", index))
 
 
+def takes(*tensors: Tensor) -> bool:
+    """Return whether the kernels take tensors: all are float32 on a GPU."""
+    return all(t.is_cuda and t.dtype == torch.float32 for t in tensors)
+
+
 def kernels_for(tensor: Tensor) -> Kernels:
     """Return the kernels of the tensor's GPU."""
     return _kernels(tensor.device.index)
 
 
+def _address(tensor: Tensor | None) -> int | None:
+    return None if tensor is None else tensor.data_ptr()
+
+
 def _pointers(*tensors: Tensor | None) -> ctypes.Array:
     """Make a struct of pointers."""
-    values = [None if t is None else t.data_ptr() for t in tensors]
-    return (ctypes.c_void_p * len(values))(*values)
+    return (ctypes.c_void_p * len(tensors))(*map(_address, tensors))
 
 
 def _pointer(tensor: Tensor | None) -> ctypes.c_void_p:
-    return ctypes.c_void_p(None if tensor is None else tensor.data_ptr())
+    return ctypes.c_void_p(_address(tensor))
 
 
 def _blocks(count: int, per_block: int = THREADS) -> int:
     return (count + per_block - 1) // per_block
 
 
+def _tiles_of(height: int, width: int, side: int) -> int:
+    return _blocks(height, side) * _blocks(width, side)
+
+
 def _tiles(view: KernelView) -> int:
     """Return the number of tiles of all levels."""
-    return sum(_blocks(height, TILE) * _blocks(width, TILE) for height, width in view.sizes)
+    return sum(_tiles_of(height, width, TILE) for height, width in view.sizes)
 
 
-def _project(kernels: Kernels, view: KernelView, inputs: list[Tensor | None]) -> tuple[Tensor, ...]:
-    """Return splats, radii, number of tiles and tile of the box's centre of every Gaussian."""
+class _Projected(NamedTuple):
+    """What projection writes for each Gaussian, and for each group of THREADS in `groups`."""
+
+    splats: Tensor
+    radii: Tensor
+    touched: Tensor  # number of tiles
+    groups: Tensor  # sums of these
+    depths: Tensor | None  # of sorted blending: integers in the order of the depths
+
+
+def _project(kernels: Kernels, view: KernelView, inputs: list[Tensor | None]) -> _Projected:
     means = inputs[0]
     assert means is not None
     count = len(means)
-    splats = means.new_empty(count, SPLAT_BYTES, dtype=torch.uint8)
-    radii = means.new_empty(count)
-    touched = means.new_empty(count, dtype=torch.int32)
-    center_tiles = means.new_empty(count, dtype=torch.int32)
-    outputs = [_pointer(t) for t in (splats, radii, touched, center_tiles)]
-    kernels.launch(
-        "mgs_project",
-        _blocks(count),
-        THREADS,
-        view,
-        ctypes.c_int(count),
-        _pointers(*inputs),
-        *outputs,
+    found = _Projected(
+        means.new_empty(count, SPLAT_BYTES, dtype=torch.uint8),
+        means.new_empty(count),
+        means.new_empty(count, dtype=torch.int32),
+        means.new_empty(_blocks(count), dtype=torch.int32),
+        None if view.lobe_size else means.new_empty(count, dtype=torch.int32),
     )
-    return splats, radii, touched, center_tiles
+    arguments = [view, ctypes.c_int(count), _pointers(*inputs), *map(_pointer, found)]
+    kernels.launch("mgs_project", _blocks(count), THREADS, *arguments)
+    return found
+
+
+class _SortPass(ctypes.Structure):
+    """One pass of a sort; mirrors `SortPass` in csrc/cuda_lists.h field by field."""
+
+    _fields_ = [
+        ("keys", ctypes.c_void_p),
+        ("values", ctypes.c_void_p),
+        ("sorted_keys", ctypes.c_void_p),
+        ("sorted_values", ctypes.c_void_p),
+        ("counts", ctypes.c_void_p),
+        ("length", ctypes.c_void_p),
+        ("room", ctypes.c_int),
+        ("shift", ctypes.c_int),
+        ("bits", ctypes.c_int),
+    ]
+
+
+def _sort(
+    kernels: Kernels, keys: Tensor, values: Tensor | None, bits: int, length: Tensor | None = None
+) -> tuple[Tensor, Tensor]:
+    """Return keys of `bits` bits in rising order, and their values, by a stable sort.
+
+    Without `values`, these are the items' numbers. A `length` on the device is the number of items,
+    if it is not larger than that of the keys; else nothing is sorted.
+    """
+    blocks, passes = min(_blocks(len(keys), SORT_PART), SORT_BLOCKS), _blocks(bits, 8)
+    size = _blocks(bits, passes)
+    counts = keys.new_empty(blocks << size)
+    for shift in range(0, bits, size):
+        after = (torch.empty_like(keys), torch.empty_like(keys))
+        tensors = (keys, values, *after, counts, length)
+        one = _SortPass(*map(_address, tensors), len(keys), shift, size)
+        kernels.launch("mgs_count_digits", blocks, THREADS, one)
+        kernels.launch("mgs_scatter", blocks, THREADS, one)
+        keys, values = after
+    assert values is not None
+    return keys, values
+
+
+class _ListPointers(ctypes.Structure):
+    """Tile lists; mirrors `Lists` in csrc/cuda_common.h field by field."""
+
+    _fields_ = [
+        ("starts", ctypes.c_void_p),
+        ("ids", ctypes.c_void_p),
+        ("slots", ctypes.c_void_p),
+        ("order", ctypes.c_void_p),
+        ("length", ctypes.c_void_p),
+        ("room", ctypes.c_int),
+        ("count", ctypes.c_int),
+    ]
 
 
 class _Lists:
-    """Tile lists: the Gaussians that each tile visits, by index or (`by_depth`) front first.
+    """Tile lists: the Gaussians that each tile visits, by index or (with depths) front first.
 
     Sorting the Gaussians by depth and then their entries by tile, both stably, moves half the
-    bytes of one sort of entries by a 64-bit key.
+    bytes of one sort of entries by a 64-bit key. Lists may be longer than their `room`:
+    list_lengths.py says what happens then. Lists of a `known` length have room.
     """
 
     def __init__(
-        self, kernels: Kernels, view: KernelView, splats: Tensor, touched: Tensor, *, by_depth: bool
+        self, kernels: Kernels, view: KernelView, projected: _Projected, known: int | None = None
     ) -> None:
-        self.order = None
-        if by_depth:
-            depths = splats.view(torch.float32)[:, 10]  # Splat.z
-            self.order = torch.sort(depths, stable=True).indices
-            touched = touched[self.order]
-        self.ends = torch.cumsum(touched, 0)
-        self.count = int(self.ends[-1]) if len(touched) else 0
-        tiles = touched.new_empty(self.count)
-        ids = touched.new_empty(self.count)
-        count = len(touched) if self.count else 0
-        outputs = [_pointer(t) for t in (splats, self.order, self.ends, tiles, ids)]
-        kernels.launch("mgs_fill", _blocks(count), THREADS, view, ctypes.c_int(count), *outputs)
-        tiles, self.slots = torch.sort(tiles, stable=True)
-        self.ids = ids[self.slots]
-        bounds = torch.arange(_tiles(view) + 1, dtype=torch.int32, device=tiles.device)
-        self.starts = torch.searchsorted(tiles, bounds)
+        self.kernels, self.view, self.projected = kernels, view, projected
+        count, tiles = len(projected.touched), _tiles(view)
+        alike = (tiles, count.bit_length())
+        room = kernels.lengths.room(alike) if known is None else known
+        if room is None:
+            known = int(projected.groups.sum())
+            kernels.lengths.learn(alike, known)
+            room = room_for(known)
+        self.room, self.known, self.coming = room, known, None
+        self.order = self.ends = self.slots = None
+        self.length = projected.touched.new_empty(1, dtype=torch.int64)
+        keys, ids = self._fill()
+        if known is None:
+            self.coming = kernels.read_later(self.length)
+            kernels.lengths.coming.append((alike, self.coming))
+        values = ids if self.order is None else None
+        keys, values = _sort(kernels, keys, values, tiles.bit_length(), self.length)
+        self.starts = keys.new_empty(tiles + 1)
+        blocks = _blocks(tiles + 1)
+        if self.order is None:
+            self.ids = values
+        else:
+            self.ids, self.slots = torch.empty_like(ids), values
+            blocks = max(blocks, min(_blocks(room), FILL_BLOCKS))
+        arguments = [ctypes.c_int(tiles), ctypes.c_int(room)]
+        tensors = (keys, self.length, self.slots, ids, self.starts, self.ids)
+        kernels.launch("mgs_find_starts", blocks, THREADS, *arguments, *map(_pointer, tensors))
+        tensors = (self.starts, self.ids, self.slots, self.order, self.length)
+        self.pointers = _ListPointers(*map(_address, tensors), room, count)
 
-    def pointers(self) -> ctypes.Array:
-        return _pointers(self.starts, self.ids, self.slots)
+    def _fill(self) -> tuple[Tensor, Tensor]:
+        """Return tiles and ids of all entries, Gaussian by Gaussian, and sort these by depth."""
+        splats, _, touched, groups, depths = self.projected
+        count = ctypes.c_int(len(touched))
+        if depths is not None:
+            self.order = _sort(self.kernels, depths, None, 32)[1]
+            self.ends = touched.new_empty(len(touched), dtype=torch.int64)
+            groups = torch.empty_like(groups)
+            arguments = [count, *map(_pointer, (self.order, touched, groups))]
+            self.kernels.launch("mgs_total", _blocks(len(touched)), THREADS, *arguments)
+        tiles, ids = touched.new_empty(self.room), touched.new_empty(self.room)
+        tensors = (splats, self.order, touched, groups, self.length, self.ends, tiles, ids)
+        arguments = [self.view, count, ctypes.c_int(self.room), *map(_pointer, tensors)]
+        blocks = max(
+            1, min(_blocks(len(touched)), FILL_BLOCKS)
+        )  # also without Gaussians: the length
+        self.kernels.launch("mgs_fill", blocks, THREADS, *arguments)
+        return tiles, ids
+
+    def complete(self) -> tuple["_Lists", int]:
+        """Return lists that have room, and their length, once it is counted."""
+        length = self.known if self.coming is None else self.coming.value()
+        assert length is not None
+        if length <= self.room:
+            return self, length
+        if length > ROOM_MAX:
+            raise InputError(
+                f"the Gaussians touch {length:,} tiles, more than can be listed: render fewer, "
+                "or a smaller image"
+            )
+        return _Lists(self.kernels, self.view, self.projected, length), length
 
 
 def _suffixed(name: str, depth: bool) -> str:
@@ -258,9 +394,9 @@ class CudaRaster(torch.autograd.Function):
     """Both renderers on a GPU: sorted with `opacities`, sort-free with `lobes`; one is None."""
 
     @staticmethod
-    def forward(ctx, view, screen_grads, depth, means, quats, scales, opacities, sh, lobes):
+    def forward(ctx, view, screen_grads, more, depth, means, quats, scales, opacities, sh, lobes):
         inputs = [means, quats, scales, opacities, sh, lobes]
-        validate_inputs(view, inputs, screen_grads)
+        validate_inputs(view, inputs, screen_grads, more)
         kernels, shape = kernels_for(means), (view.height, view.width)
         inputs = [None if t is None else t.detach().contiguous() for t in inputs]
         image, alpha = means.new_empty(*shape, 3), means.new_empty(shape)
@@ -268,75 +404,67 @@ class CudaRaster(torch.autograd.Function):
         planes = (4 if lobes is None else 5) + depth + view.two_pass + (view.levels > 1)
         sums = means.new_empty(planes, view.pixels)
         with kernels.current():
-            splats, radii, touched, center_tiles = _project(kernels, view, inputs)
-            lists = _Lists(kernels, view, splats, touched, by_depth=lobes is None)
+            read = [*inputs, more and more.values]
+            projected = _project(kernels, view, read)
+            splats, lists = projected.splats, _Lists(kernels, view, projected)
             name = "mgs_sorted_forward" if lobes is None else _sortfree(view, "forward")
-            common = [view, _pointer(splats), lists.pointers()]
+            common = [view, _pointer(splats), lists.pointers]
             arguments = [*common, _pointers(sums, image, alpha, depths)]
             if view.two_pass:
                 limits = _pointer(sums[-1])
                 kernels.launch("mgs_surfaces", _tiles(view), THREADS, *common, limits)
                 arguments.append(limits)
             kernels.launch(_suffixed(name, depth), _tiles(view), THREADS, *arguments)
-            for level in reversed(range(view.levels - 1)):
-                height, width = view.sizes[level]
-                arguments = [view, ctypes.c_int(level), _pointers(sums, image, alpha, depths)]
-                name = _suffixed("mgs_add_enlarged", depth)
-                kernels.launch(name, _blocks(height * width), THREADS, *arguments)
-        ctx.lists, ctx.center_tiles = (lists, None) if lobes is None else (None, center_tiles)
-        ctx.view, ctx.depth, ctx.screen_grads = view, depth, screen_grads
+            if view.levels > 1:
+                arguments = [view, _pointers(sums, image, alpha, depths)]
+                blocks = _tiles_of(view.height, view.width, TILE)
+                kernels.launch(_suffixed("mgs_add_levels", depth), blocks, THREADS, *arguments)
+        ctx.lists, ctx.view, ctx.depth = lists, view, depth
+        ctx.screen_grads, ctx.more = screen_grads, more
         ctx.save_for_backward(*inputs, splats, sums)
-        ctx.mark_non_differentiable(radii)
+        ctx.mark_non_differentiable(projected.radii)
         ctx.set_materialize_grads(False)
-        return image, alpha, depths, radii
+        return image, alpha, depths, projected.radii
 
     @staticmethod
     def backward(ctx, *grads):
         *inputs, splats, sums = ctx.saved_tensors
         view, means = ctx.view, inputs[0]
-        kernels, count, shape = kernels_for(means), len(means), (view.height, view.width)
-        g_image = means.new_zeros(*shape, 3) if grads[0] is None else grads[0].contiguous()
-        g_alpha = means.new_zeros(shape) if grads[1] is None else grads[1].contiguous()
-        g_depth = None
-        if ctx.depth:
-            g_depth = means.new_zeros(shape) if grads[2] is None else grads[2].contiguous()
+        kernels, count = kernels_for(means), len(means)
+        given = [None if grad is None else grad.contiguous() for grad in grads[:3]]
         out = [None if t is None else torch.empty_like(t) for t in inputs]
         if count:
-            out_grads = _pointers(g_image, g_alpha, g_depth)
+            out_grads = _pointers(*given)
             with kernels.current():
-                gather = _gather_sortfree if ctx.lists is None else _gather_sorted
+                gather = _gather_sortfree if view.lobe_size else _gather_sorted
                 totals = gather(kernels, ctx, splats, sums, out_grads)
-                arguments = [view, ctypes.c_int(count), _pointers(*inputs), _pointer(splats)]
-                arguments += [_pointer(totals), _pointers(*out, ctx.screen_grads)]
-                sortfree = ctypes.c_int(ctx.lists is None)
+                more, more_grads = ctx.more or (None, None)
+                arguments = [view, ctypes.c_int(count), _pointers(*inputs, more), _pointer(splats)]
+                arguments += [_pointer(totals), _pointers(*out, more_grads, ctx.screen_grads)]
+                sortfree = ctypes.c_int(view.lobe_size > 0)
                 kernels.launch("mgs_write_gradients", _blocks(count), THREADS, *arguments, sortfree)
-        return None, None, None, *out
+        return None, None, None, None, *out
 
 
 def _gather_sortfree(
     kernels: Kernels, ctx, splats: Tensor, sums: Tensor, out_grads: ctypes.Array
 ) -> Tensor:
     """Return each Gaussian's sums over its pixels; those of invisible ones are undefined."""
-    view, count = ctx.view, len(splats)
+    view, lists = ctx.view, ctx.lists
     colors, others = sums.new_empty(view.pixels, 4), sums.new_empty(view.pixels, 2)
-    totals = sums.new_empty(count, SUMS)
-    arguments = [view, _pointer(sums), out_grads, _pointer(colors), _pointer(others)]
+    carried = sums.new_empty(view.height * view.width) if view.levels > 1 else None
+    totals = sums.new_empty(len(splats), SUMS)
+    pixel_grads = _pointers(colors, others, carried, sums[-1] if view.two_pass else None)
+    arguments = [view, _pointer(sums), out_grads, pixel_grads]
     name = _suffixed("mgs_sortfree_pixels", ctx.depth)
     kernels.launch(name, _blocks(view.height * view.width), THREADS, *arguments)
-    for level, (height, width) in enumerate(view.sizes[1:]):
-        arguments = [view, ctypes.c_int(level), _pointer(sums[-1])]
-        arguments += [_pointer(colors), _pointer(others)]
-        kernels.launch("mgs_reduce_gradients", _blocks(height * width), THREADS, *arguments)
     if view.levels > 1:
-        arguments = [view, _pointer(sums), _pointer(others)]
-        kernels.launch("mgs_finish_gradients", _blocks(view.pixels), THREADS, *arguments)
-    # neighbours in the image then read the same pixels from the cache
-    order = torch.sort(ctx.center_tiles, stable=True).indices
-    pixel_grads = _pointers(colors, others, sums[-1] if view.two_pass else None)
-    arguments = [view, ctypes.c_int(count), _pointer(splats), _pointer(order), pixel_grads]
-    arguments.append(_pointer(totals))
+        height, width = view.sizes[-1]
+        name, blocks = _suffixed("mgs_reduce_levels", ctx.depth), _tiles_of(height, width, COARSE)
+        kernels.launch(name, blocks, THREADS, view, _pointer(sums), pixel_grads)
+    arguments = [view, _pointer(splats), lists.pointers, pixel_grads, _pointer(totals)]
     name = _suffixed(_sortfree(view, "gather"), ctx.depth)
-    kernels.launch(name, _blocks(count, PER_WARP), THREADS, *arguments)
+    kernels.launch(name, _blocks(lists.room, GATHERED), THREADS, *arguments)
     return totals
 
 
@@ -344,11 +472,12 @@ def _gather_sorted(
     kernels: Kernels, ctx, splats: Tensor, sums: Tensor, out_grads: ctypes.Array
 ) -> Tensor:
     """Return each Gaussian's sums over its tile entries, after a walk tile by tile."""
-    view, lists, count = ctx.view, ctx.lists, len(splats)
-    slot_sums = sums.new_empty(lists.count, SUMS)
-    reached = sums.new_zeros(lists.count, dtype=torch.uint8)
+    view, count = ctx.view, len(splats)
+    lists, length = ctx.lists.complete()
+    slot_sums = sums.new_empty(length, SUMS)
+    reached = sums.new_zeros(length, dtype=torch.uint8)
     totals = sums.new_empty(count, SUMS)
-    arguments = [view, _pointer(splats), lists.pointers(), _pointer(sums), out_grads]
+    arguments = [view, _pointer(splats), lists.pointers, _pointer(sums), out_grads]
     arguments += [_pointer(slot_sums), _pointer(reached)]
     name = _suffixed("mgs_sorted_backward", ctx.depth)
     kernels.launch(name, _tiles(view), WALK_THREADS, *arguments)
@@ -366,7 +495,7 @@ def project_radii(
     validate_inputs(view, [*inputs, None], None)
     kernels = kernels_for(means)
     with kernels.current():
-        return _project(kernels, view, [*inputs, None])[1]
+        return _project(kernels, view, [*inputs, None, None]).radii
 
 
 def measure_contributions(
@@ -379,10 +508,10 @@ def measure_contributions(
     weights, touched = means.new_empty(count), means.new_empty(count, dtype=torch.int32)
     winner, alpha = means.new_empty(shape, dtype=torch.int32), means.new_empty(shape)
     with kernels.current():
-        splats, _, tiles, _ = _project(kernels, view, [*inputs, None])
-        lists = _Lists(kernels, view, splats, tiles, by_depth=True)
-        slots = means.new_zeros(lists.count, 2)
-        arguments = [view, _pointer(splats), lists.pointers()]
+        projected = _project(kernels, view, [*inputs, None, None])
+        lists, length = _Lists(kernels, view, projected).complete()
+        slots = means.new_zeros(length, 2)
+        arguments = [view, _pointer(projected.splats), lists.pointers]
         arguments += [_pointer(t) for t in (slots, winner, alpha)]
         kernels.launch("mgs_contributions", _tiles(view), THREADS, *arguments)
         arguments = [_pointer(t) for t in (lists.order, lists.ends, slots, weights, touched)]

@@ -35,7 +35,7 @@ from mobilegs.representation.codebooks import (
 from mobilegs.representation.float16 import round_float16
 from mobilegs.representation.lobes import LobeDecoder
 from mobilegs.representation.rotations import canonical_pairs
-from mobilegs.representation.uniform_quantizer import StepSizes
+from mobilegs.representation.uniform_quantizer import StepSizeQuantizer, StepSizes
 from mobilegs.train.autograd_ops import take_rows
 from mobilegs.train.optim import NamedAdam
 from mobilegs.train.sampling import limit_scales
@@ -61,7 +61,6 @@ class StudentModel:
         network: gives lobes per view; None without a network.
         lobe_decoder: gives lobes from latents; None with a network or constant opacities.
         decoder: gives harmonics from latents; None while explicit.
-        quantizers: by attribute; empty before `quantized`.
         grid: rounds the means; None while explicit.
     """
 
@@ -121,7 +120,8 @@ class StudentModel:
         self.network: ViewNetwork | None = None
         self.lobe_decoder: LobeDecoder | None = None
         self.decoder: ColorDecoder | None = None
-        self.quantizers: dict[Attribute, Quantizer] = {}
+        self._quantizers: dict[Attribute, Quantizer] = {}
+        self._outdated = False  # the codes of uniform quantisers, since values changed
         self.grid: PositionGrid | None = None
         self.lrs = dict(lrs)
         self.shared = NamedAdam({}, {})
@@ -261,14 +261,14 @@ class StudentModel:
         if self.view.cut is not None:
             values["lobes"] = take("lobe_latents")
         if self.step_sizes is None:
-            self.quantizers = quantization.fit_codebooks(values, sizes, generator)
+            self._quantizers = quantization.fit_codebooks(values, sizes, generator)
         else:
             assert self.decoder is not None and self.grid is not None
             positions = self.grid.normalised(self.grid.store(self.rows.tensors["means"]))
             decoders = (self.decoder, self.lobe_decoder)
             values = quantization.decorrelate(values, positions, *decoders)
             self.shared.reset_all_moments()
-            self.quantizers = quantization.fit_uniform_quantizers(values, self.step_sizes)
+            self._quantizers = quantization.fit_uniform_quantizers(values, self.step_sizes)
         for name, quantizer in self.quantizers.items():
             self._optimize(name, quantizer)
             self.rows.add(name, values[name], self.lrs[f"{name}_values"])
@@ -277,18 +277,34 @@ class StudentModel:
     @torch.no_grad()
     def add_rate_gradients(self, bit_weight: float) -> None:
         """Add the gradients of the rate term; `bit_weight` is the weight of a bit per Gaussian."""
-        for name, quantizer in self.quantizers.items():
-            quantization.add_rate_gradients(quantizer, self.rows.tensors[name], bit_weight)
+        quantization.add_rate_gradients(self.quantizers, self.rows.tensors, bit_weight)
         quantization.add_early_rate_gradients(self.rows.tensors, bit_weight)
 
     def reassign(self, *, codebooks: bool) -> None:
         """Assign the codes nearest to the unquantised values.
 
-        Without `codebooks` only uniform quantisers do so, for which it takes little time.
+        Without `codebooks` only uniform quantisers do so, when the codes are next used.
         """
-        for name, quantizer in self.quantizers.items():
-            if codebooks or not isinstance(quantizer, SubVectorCodebooks):
+        self._outdated = True
+        for name, quantizer in self._quantizers.items():
+            if codebooks and isinstance(quantizer, SubVectorCodebooks):
                 quantizer.reassign(self.rows.tensors[name].detach())
+
+    @property
+    def quantizers(self) -> dict[Attribute, Quantizer]:
+        """The quantisers, with the codes of the present values."""
+        if self._outdated:
+            self._outdated = False
+            for name, quantizer in self._quantizers.items():
+                if not isinstance(quantizer, SubVectorCodebooks):
+                    quantizer.reassign(self.rows.tensors[name].detach())
+        return self._quantizers
+
+    def uniform(self, name: Attribute) -> StepSizeQuantizer:
+        """Return the quantiser of an attribute that has a step size; its codes may be outdated."""
+        quantizer = self._quantizers[name]
+        assert not isinstance(quantizer, SubVectorCodebooks)
+        return quantizer
 
     def set_lrs(self, lrs: Mapping[str, float]) -> None:
         """Set learning rates.
@@ -298,7 +314,7 @@ class StudentModel:
         """
         self.lrs = dict(lrs)
         for name in self.rows.tensors:
-            self.rows.set_lr(name, lrs[f"{name}_values" if name in self.quantizers else name])
+            self.rows.set_lr(name, lrs[f"{name}_values" if name in self._quantizers else name])
         for name in self.shared.tensors:
             self.shared.set_lr(name, lrs[name.split(".")[0]])
 
@@ -310,14 +326,14 @@ class StudentModel:
     def keep_rows(self, rows: Bool[Tensor, "n"]) -> None:
         """Remove the Gaussians, with their moments and codes, where the mask is false."""
         self.rows.keep_rows(rows)
-        for quantizer in self.quantizers.values():
+        for quantizer in self._quantizers.values():
             quantizer.select(rows)
 
     @torch.no_grad()
     def limit_scales(self, cameras: list[Camera], variance: float) -> None:
         """Raise scales that are finer than the cameras sample; see `sampling.limit_scales`."""
         tensors = self.rows.tensors
-        values = tensors["scale" if "scale" in self.quantizers else "log_scales"]
+        values = tensors["scale" if "scale" in self._quantizers else "log_scales"]
         limit_scales(values.detach(), tensors["means"].detach(), cameras, variance)
 
     def state(self) -> dict:
@@ -348,10 +364,10 @@ class StudentModel:
             raise ValueError("it has no grid of positions")
         for name in state["indices"]:
             quantizer = quantization.restore_quantizer(
-                name, state, self.step_sizes, self.quantizers
+                name, state, self.step_sizes, self._quantizers
             )
-            self.quantizers[name] = quantizer.to(device)
-            self._optimize(name, self.quantizers[name])
+            self._quantizers[name] = quantizer.to(device)
+            self._optimize(name, quantizer)
         if self.phase == "quantized" and self.step_sizes is not None:
             quantization.shorten_weights(self.decoder, self.lobe_decoder)
         self.rows.restore(state["rows"])

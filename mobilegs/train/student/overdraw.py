@@ -8,9 +8,11 @@ from jaxtyping import Float
 from torch import Tensor
 
 from mobilegs.camera import Camera
+from mobilegs.device import host_values
 from mobilegs.render.levels import LEVELS
 from mobilegs.render.project import BLUR, rotation_matrices
 
+ROUND = 1e-6  # least squared root of an ellipse, in squared halves: rounder ones are circles
 MEAN_OF_4 = 3 / math.log(4)  # of 4^u over u in [0, 1)
 
 
@@ -63,8 +65,14 @@ def _shorter_variances(
     product = (u.square() * torch.exp(2 * (log_scales.sum(1, keepdim=True) - log_scales))).sum(1)
     half = 0.5 * (squares * (1 - u.square())).sum(1)  # of the sum of both variances
     tiny = torch.finfo(half.dtype).tiny
-    root = (half.square() - product).clamp_min(1e-12 * half.square() + tiny).sqrt()
-    return product / (half + root) * float(camera.K[0, 0] * camera.K[1, 1]) / distances.square()
+    # the difference of nearly equal numbers is noise in float32
+    root = (half.square() - product).clamp_min(ROUND * half.square() + tiny).sqrt()
+    return product / (half + root) * _focal_squared(camera) / distances.square()
+
+
+def _focal_squared(camera: Camera) -> float:
+    k = host_values(camera.K)
+    return k[0] * k[4]
 
 
 class _Areas(torch.autograd.Function):
@@ -90,7 +98,7 @@ class _Areas(torch.autograd.Function):
         total = squares.sum(1)
         squared_radii = 2 * torch.log((opacities / alpha_min).clamp_min(1))  # in scales
         pixels = camera.width * camera.height
-        scale = math.pi * float(camera.K[0, 0] * camera.K[1, 1]) / pixels
+        scale = math.pi * _focal_squared(camera) / pixels
         areas = scale * squared_radii * total.sqrt() / distances.square()  # the image is 1
         areas = torch.where(offsets @ camera.viewmat[2, :3] > camera.near, areas, 0.0)
         tiny = torch.finfo(total.dtype).tiny

@@ -5,6 +5,7 @@ multiples of learned step sizes. In both, training goes on with the quantised va
 straight-through estimator passes gradients on to the values behind them.
 """
 
+import ctypes
 import math
 from collections.abc import Mapping
 from typing import Any
@@ -13,6 +14,8 @@ import torch
 from jaxtyping import Float
 from torch import Tensor
 
+from mobilegs.csrc import binding
+from mobilegs.csrc.binding import address
 from mobilegs.gaussians import Gaussians
 from mobilegs.mgs.encode import Quantizer
 from mobilegs.representation.appearance import LATENTS, ColorDecoder, LinearDecoder
@@ -25,12 +28,15 @@ from mobilegs.representation.codebooks import (
 from mobilegs.representation.lobes import LobeDecoder
 from mobilegs.representation.rotations import RotationQuantizer
 from mobilegs.representation.uniform_quantizer import (
+    CODE_LIMIT,
+    PSEUDO_COUNT,
     WEIGHT_SIGNIFICAND_BITS,
     StepSizes,
     UniformQuantizer,
 )
 from mobilegs.reproducible import column_means, total
 from mobilegs.train.autograd_ops import straight_through
+from mobilegs.train.student import cuda_terms
 from mobilegs.train.student.decorrelate import decorrelate_appearance, decorrelate_lobes
 from mobilegs.train.student.view_dependence import CODEBOOK_SIZE, SUBVECTOR_LENGTH
 
@@ -112,25 +118,66 @@ def quantized(quantizer: Quantizer, values: Tensor, rows: Tensor | None) -> Tens
 
 
 @torch.no_grad()
-def add_rate_gradients(quantizer: Quantizer, values: Tensor, bit_weight: float) -> None:
-    """Add the gradients of the rate term to `values` and to the log step size.
+def add_rate_gradients(
+    quantizers: Mapping[Attribute, Quantizer], tensors: Mapping[str, Tensor], bit_weight: float
+) -> None:
+    """Add the gradients of the rate term to the values in `tensors` and to the log step sizes.
 
     The rate term is `bit_weight` times the bits per Gaussian. Codebooks have none. For rotations
     only the step size has a gradient, and scales have none for the refinement bits of rotations.
     """
-    if isinstance(quantizer, SubVectorCodebooks):
-        return
-    gradients: dict[Tensor, Tensor] = {}
-    log_step = quantizer.log_step_offset
-    if isinstance(quantizer, UniformQuantizer):
-        gradients[values] = quantizer.bits_gradient(values) * (bit_weight / len(values))
-        # a larger step size moves codes together, as if values moved towards their mean
-        gradients[log_step] = -total(gradients[values] * (values - column_means(values)))
+    uniform = {name: of for name, of in quantizers.items() if isinstance(of, UniformQuantizer)}
+    values = [tensors[name] for name in uniform]
+    if cuda_terms.supports(*values):
+        found = cuda_terms.add_rate_gradients(list(uniform.values()), values, bit_weight)
     else:
-        bits = quantizer.log_step_gradient(values)
-        gradients[log_step] = torch.full_like(log_step, bit_weight * bits)
-    for tensor, grad in gradients.items():
-        tensor.grad = grad if tensor.grad is None else tensor.grad + grad
+        pairs = zip(uniform.values(), values, strict=True)
+        found = [_add_rate_gradients(*pair, bit_weight) for pair in pairs]
+    for quantizer, gradient in zip(uniform.values(), found, strict=True):
+        _add_to(quantizer.log_step_offset, gradient)
+    for name, quantizer in quantizers.items():
+        if not isinstance(quantizer, RotationQuantizer):
+            continue
+        log_step = quantizer.log_step_offset
+        if cuda_terms.supports(tensors[name]):
+            gradient = cuda_terms.log_step_gradient(quantizer, tensors[name], bit_weight)
+        else:
+            bits = quantizer.log_step_gradient(tensors[name])
+            gradient = torch.full_like(log_step, bit_weight * bits)
+        _add_to(log_step, gradient)
+
+
+def _add_to(tensor: Tensor, grad: Tensor) -> None:
+    tensor.grad = grad if tensor.grad is None else tensor.grad + grad
+
+
+def _add_rate_gradients(quantizer: UniformQuantizer, values: Tensor, bit_weight: float) -> Tensor:
+    """Add the rate term's gradients to `values`; return that of the log step size."""
+    if binding.supports(values) and values.is_contiguous():
+        slope = _run_rate(quantizer, values, bit_weight)
+        return torch.full_like(quantizer.log_step_offset, slope)
+    grad = quantizer.bits_gradient(values) * (bit_weight / len(values))
+    _add_to(values, grad)
+    # a larger step size moves codes together, as if values moved towards their mean
+    return -total(grad * (values - column_means(values)))
+
+
+def _run_rate(quantizer: UniformQuantizer, values: Tensor, bit_weight: float) -> float:
+    """Add the rate term's gradients to `values`; return that of the log step size."""
+    if values.grad is None:
+        values.grad = torch.zeros_like(values)
+    values.grad = values.grad.contiguous()
+    codes, run = quantizer.indices.contiguous(), binding.library().mgs_rate
+    binding.validate(codes, *values.shape, dtype=torch.int32)
+    binding.validate(values.grad, *values.shape)
+    run.restype = ctypes.c_double
+    return run(
+        ctypes.c_int64(len(values)),
+        codes.shape[1],
+        *(address(values), address(codes), CODE_LIMIT),
+        *(ctypes.c_float(float(quantizer.step_size)), ctypes.c_float(bit_weight / len(values))),
+        *(ctypes.c_float(PSEUDO_COUNT), address(values.grad)),
+    )
 
 
 @torch.no_grad()
@@ -141,11 +188,27 @@ def add_early_rate_gradients(tensors: Mapping[str, Tensor], bit_weight: float) -
     the code length if values were distributed as `1 / sqrt(1 + (x / s)^2)`. The scale s is a
     constant times the standard deviation of the column, without a gradient.
     """
-    for values in (tensors[name] for name in QUANTISED if name in tensors):
+    found = [tensors[name] for name in QUANTISED if name in tensors]
+    weights = [bit_weight / math.log(2) / max(1, len(values)) for values in found]
+    if cuda_terms.supports(*found):
+        cuda_terms.add_early_rate_gradients(found, weights, share=RATE_SCALE, least=SPREAD_MIN)
+        return
+    for values, weight in zip(found, weights, strict=True):
+        if binding.supports(values) and values.is_contiguous():
+            if values.grad is None:
+                values.grad = torch.zeros_like(values)
+            binding.library().mgs_early_rate(
+                ctypes.c_int64(len(values)),
+                math.prod(values.shape[1:]),
+                address(values),
+                *(ctypes.c_float(number) for number in (weight, RATE_SCALE, SPREAD_MIN)),
+                address(values.grad),
+            )
+            continue
         x = values - column_means(values)
         scale = (RATE_SCALE * column_means(x.square()).sqrt()).clamp_min(SPREAD_MIN)
-        grad = x / (x.square() + scale.square()) * (bit_weight / math.log(2) / len(values))
-        values.grad = grad if values.grad is None else values.grad + grad
+        grad = x / (x.square() + scale.square()) * weight
+        _add_to(values, grad)
 
 
 @torch.no_grad()

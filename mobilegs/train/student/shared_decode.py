@@ -1,5 +1,8 @@
 """Decode a student's Gaussians once for all views of a step."""
 
+import math
+from dataclasses import replace
+
 import torch
 from jaxtyping import Float, Int
 from torch import Tensor
@@ -7,7 +10,8 @@ from torch.nn.functional import normalize
 
 from mobilegs.camera import Camera
 from mobilegs.gaussians import Gaussians
-from mobilegs.render import Rendered, render_sorted, render_sortfree, visible_rows
+from mobilegs.render import Rendered, render_raw, render_sorted, visible_rows
+from mobilegs.render.inputs import RenderInputs, RenderSettings
 from mobilegs.render.lobes import evaluate_lobes
 from mobilegs.render.project import ALPHA_MIN
 from mobilegs.reproducible import sigmoid
@@ -54,41 +58,36 @@ class SharedDecode:
         *,
         background: Float[Tensor, "3"],
         depth: bool = False,
-        before: float | None = None,
+        before: float = math.inf,
     ) -> Rendered:
         """Render the view of camera `number`, differentiable down to the leaves.
 
-        With `before`, only the Gaussians whose camera-space z is below it are rendered. `radii`
-        of the result are those of the rendered Gaussians, not of all.
+        `before` is the far plane. `radii` of the result are those of the Gaussians that the camera
+        may see, not of all.
         """
-        rows, camera = self.rows[number], self.cameras[number]
-        if before is not None:
-            rows = self._rows_before(rows, camera, before)
+        rows, camera = self.rows[number], replace(self.cameras[number], far=before)
         picked = {
             name: t if rows is None else take_rows(t, rows) for name, t in self.detached.items()
         }
-        model, options = self.model, {"camera": camera, "background": background, "depth": depth}
-        options["footprint"] = model.footprint
-        shapes = (picked["means"], picked["quats"], picked["log_scales"].exp())
+        model = self.model
+        shapes = (picked["means"], picked["quats"], picked["log_scales"])
         lobes = picked.get("lobes")
         if lobes is None:
             lobes = model.lobes(Gaussians(**picked), picked["means"][:, :0], camera)
+        options = {"camera": camera, "background": background, "depth": depth}
         if model.blend == "sorted":  # without phi
-            directions = normalize(picked["means"] - camera.position, dim=1)
+            directions = normalize(shapes[0] - camera.position, dim=1)
             opacities, _ = evaluate_lobes(lobes, directions)
-            return render_sorted(*shapes, opacities, picked["sh"], **options)
-        options |= {"weighting": model.weighting, "level_sigma": model.level_sigma}
-        return render_sortfree(*shapes, lobes, picked["sh"], **options)
-
-    @torch.no_grad()
-    def _rows_before(
-        self, rows: Int[Tensor, "m"] | None, camera: Camera, z: float
-    ) -> Int[Tensor, "k"]:
-        """Return those of the rows, or of all, whose camera-space z is below `z`."""
-        means = self.detached["means"]
-        if rows is None:
-            return (camera.depths(means) < z).nonzero()[:, 0]
-        return rows[camera.depths(means[rows]) < z]
+            options["footprint"] = model.footprint
+            return render_sorted(
+                *(shapes[0], shapes[1], shapes[2].exp(), opacities, picked["sh"]), **options
+            )
+        return render_raw(
+            RenderInputs(*shapes, None, picked["sh"], lobes),
+            settings=RenderSettings(model.weighting, model.footprint, model.level_sigma),
+            sh_degree=model.color.degree,
+            **options,
+        )
 
     def overdraw(self, number: int) -> Float[Tensor, ""]:
         """Return the fragments per pixel of camera `number`, differentiable for the scales.
@@ -115,10 +114,11 @@ class SharedDecode:
             blur=model.footprint.blur,
         )
 
-    def backward(self) -> None:
-        """Pass the gradients of the leaves on to the model."""
+    def step(self) -> None:
+        """Pass the gradients of the leaves on to the model, and take a step of Adam."""
         gradients = [leaf.grad for leaf in self.detached.values()]
         torch.autograd.backward(list(self.decoded.values()), gradients)
+        self.model.step()
 
 
 @torch.no_grad()

@@ -18,11 +18,9 @@ from mobilegs.spherical_harmonics import C0
 from mobilegs.train.distributed import SINGLE_PROCESS, Team
 from mobilegs.train.exposure import Exposures
 from mobilegs.train.losses import (
-    color_distillation_loss,
-    depth_distillation_loss,
+    distillation_loss,
     front_loss,
-    masked_mse,
-    photo_loss,
+    photo_loss_and_error,
     raw_depth_loss,
 )
 from mobilegs.train.optim import exponential_lr
@@ -33,9 +31,11 @@ from mobilegs.train.student.config import StudentConfig
 from mobilegs.train.student.distill import TeacherImages, release_depth
 from mobilegs.train.student.model import Phase, StudentModel
 from mobilegs.train.student.position_grid import choose_grid
+from mobilegs.train.student.program import ProgramDecode, opacities_and_scales, runs_program
 from mobilegs.train.student.shared_decode import SharedDecode
 from mobilegs.train.student.vote_pruning import VoteCounter, vote
 from mobilegs.train.threads import first_threads
+from mobilegs.train.times import Times
 from mobilegs.viewpoints.virtual_views import (
     DIVISOR,
     move_off_path,
@@ -103,7 +103,7 @@ class Student:
             exposures: of the photos, if they differ (`exposures_for`).
         """
         self.config = config
-        self.steps = config.steps
+        self.times = Times(config.steps)
         self.views_per_step = config.views_per_step
         self.done = 0
         gaussians, device = teacher.gaussians, teacher.gaussians.means.device
@@ -142,7 +142,7 @@ class Student:
             round_means=config.quantization.round_means,
             step_sizes=config.quantization.initial_step_sizes,
         )
-        self.votes = VoteCounter(config.pruning, config.steps, len(self.model), device)
+        self.votes = VoteCounter(config.pruning, self.times, len(self.model), device)
 
     @property
     def weighting(self) -> Weighting:
@@ -165,7 +165,7 @@ class Student:
     @property
     def phase(self) -> Phase:
         """The phase of the next step: `explicit`, `latents` or `quantized`."""
-        time, schedule = self.done / self.steps, self.config.schedule
+        time, schedule = self.times.of(self.done), self.config.schedule
         if time >= schedule.quantize_from:
             return "quantized"
         return "latents" if time >= schedule.latents_from else "explicit"
@@ -175,10 +175,14 @@ class Student:
         """Number of Gaussians."""
         return len(self.model)
 
-    def set_steps(self, steps: int) -> None:
-        """Change the number of steps in total; all schedules adapt."""
-        self.steps = max(steps, self.done + 1)
-        self.votes.set_steps(self.steps)
+    @property
+    def steps(self) -> int:
+        """Number of steps in total."""
+        return self.times.steps
+
+    def set_steps(self, steps: int, at: int) -> None:
+        """Change the number of steps in total, when `at` of them are done."""
+        self.times.set_steps(steps, at)
 
     def advance(self, views: list[tuple[int, View]]) -> StepResult:
         """Take a step on the sum of the views' losses; the result holds their means.
@@ -189,11 +193,11 @@ class Student:
         self._enter(self.phase)
         self.model.set_lrs(self._lrs())
         cameras = [self.cameras[index] for index in self.team.interleave([i for i, _ in views])]
-        results = self._add_gradients(cameras, views)
+        results, decoded = self._add_gradients(cameras, views)
         if self._has_rate_term and self.done % SPARSE_EVERY == 0:
             bit_weight = SPARSE_EVERY * config.quantization.bit_weight
             self.model.add_rate_gradients(len(cameras) * bit_weight)
-        self.model.step()
+        decoded.step()
         self.done += 1
         if config.least_variance and (self.done % LIMIT_EVERY == 0 or self.done == self.steps):
             self.model.limit_scales(self.cameras, config.least_variance)
@@ -205,7 +209,7 @@ class Student:
         if self.votes.prunes_after(self.done):
             self._prune(self.votes.kept())
         losses, errors = zip(*results, strict=True)
-        return StepResult(torch.stack(losses).mean(), torch.stack(errors).nanmean())
+        return StepResult.of(losses, errors)
 
     def scene(self) -> Scene:
         """Return the current scene; once quantised, it is that of the file."""
@@ -325,12 +329,12 @@ class Student:
         """True if the loss of the next step has a rate term."""
         schedule = self.config.schedule
         begins = min(schedule.rate_from, schedule.quantize_from)
-        return self.config.quantization.method == "sq" and self.done >= begins * self.steps
+        return self.config.quantization.method == "sq" and self.times.of(self.done) >= begins
 
     def _add_gradients(
         self, cameras: list[Camera], views: list[tuple[int, View]]
-    ) -> list[tuple[Tensor, ...]]:
-        """Add a step's gradients to the model; return the loss and squared error of each view.
+    ) -> tuple[list[tuple[Tensor, ...]], SharedDecode]:
+        """Return the loss and squared error of each view, and the leaves with their gradients.
 
         `cameras` are those of all views of the step, `views` this process's share of them.
         """
@@ -339,7 +343,8 @@ class Student:
         front = self._pick_front_view(virtual)
         other = virtual if front is None else front  # the same where there are both
         rendered = cameras if other is None else [*cameras, self.front_cameras[other]]
-        shared = SharedDecode(self.model, rendered)
+        kind = ProgramDecode if runs_program(self.model) else SharedDecode
+        shared = kind(self.model, rendered)
         photos = [] if self.exposures is None else self.exposures.leaves
         for number, (index, view) in enumerate(views):
             at = number * team.world_size + team.rank
@@ -351,7 +356,7 @@ class Student:
                 loss = loss + SPARSE_EVERY * config.loss.overdraw_weight * shared.overdraw(at)
             results += team.accumulate_gradients([*shared.leaves, *photos], loss, error)
         if self.exposures is not None:
-            self.exposures.step((self.done + 1) / self.steps)
+            self.exposures.step(self.times.of(self.done + 1))
         if virtual is not None:  # every process renders the same virtual view
             drawn = shared.render(len(cameras), background=self.background, depth=depth)
             index = len(self.cameras) + virtual
@@ -362,8 +367,7 @@ class Student:
             drawn = shared.render(len(cameras), background=self.background, before=target.z)
             loss = config.loss.front_weight * front_loss(drawn.alpha, target.coverage)
             SINGLE_PROCESS.accumulate_gradients(shared.leaves, len(cameras) * loss)
-        shared.backward()
-        return results
+        return results, shared
 
     def _pick_virtual_view(self) -> int | None:
         """Return the index of this step's virtual camera, at random; None in steps without one."""
@@ -371,7 +375,7 @@ class Student:
             return None
         if (
             self.done % self.config.loss.virtual_view_every
-            or self.done >= VIRTUAL_UNTIL * self.steps
+            or self.times.of(self.done) >= VIRTUAL_UNTIL
         ):
             return None
         return self._pick(self.virtual_cameras)
@@ -396,32 +400,37 @@ class Student:
 
         The loss has the distillation's if there are no virtual views.
         """
-        ssim_weight, image = self.config.loss.ssim_weight, drawn.image
+        image = drawn.image
         if self.exposures is not None:
             image = self.exposures.apply(index, image)
-        loss = photo_loss(image, view.image, mask=view.mask, ssim_weight=ssim_weight)
+        loss, error = photo_loss_and_error(
+            image, view.image, mask=view.mask, ssim_weight=self.config.loss.ssim_weight
+        )
         if self.exposures is not None:
             loss = loss + self.exposures.penalty(index)
         if self._distils and not self.virtual_cameras:
             loss = loss + self._distillation_loss(drawn, index, view.camera, mask=view.mask)
-        return loss, masked_mse(image, view)
+        return loss, error
 
     def _distillation_loss(
         self, drawn: Rendered, index: int, camera: Camera, *, mask: Tensor | None = None
     ) -> Float[Tensor, ""]:
         """Return the weighted distance to the teacher's image `index`, seen by `camera`."""
-        config, teacher = self.config, self.teacher_images.get(index, camera)
-        loss = config.loss.distill_weight * color_distillation_loss(
-            drawn.image, teacher.image, mask=mask
+        loss, teacher = self.config.loss, self.teacher_images.get(index, camera)
+        depth = drawn.depth if loss.mask_depth else None
+        distance = distillation_loss(
+            drawn.image,
+            depth,
+            drawn.alpha,
+            *teacher,
+            mask=mask,
+            color_weight=loss.distill_weight,
+            depth_weight=loss.depth_weight,
         )
-        if drawn.depth is None:
-            return loss
-        if config.loss.mask_depth:
-            distance = depth_distillation_loss(drawn.depth, drawn.alpha, teacher.depth, mask=mask)
-        else:
-            depth = release_depth(drawn, self.background)
-            distance = raw_depth_loss(depth, teacher.depth, mask=mask)
-        return loss + config.loss.depth_weight * distance
+        if loss.mask_depth or drawn.depth is None:
+            return distance
+        raw = raw_depth_loss(release_depth(drawn, self.background), teacher.depth, mask=mask)
+        return distance + loss.depth_weight * raw
 
     # --- pruning
 
@@ -430,8 +439,12 @@ class Student:
         """Count a vote per camera, in steps that hold one."""
         if not self.votes.votes_at(self.done):
             return
-        for camera in cameras:
-            self.votes.add(self.candidates(*self.model.opacities_and_scales(camera)))
+        if runs_program(self.model):
+            seen = opacities_and_scales(self.model, cameras)
+        else:
+            seen = map(self.model.opacities_and_scales, cameras)
+        for opacities, scales in seen:
+            self.votes.add(self.candidates(opacities, scales))
 
     def _prune(self, keep: Bool[Tensor, "n"]) -> None:
         if keep.any() and not keep.all():
@@ -451,7 +464,7 @@ class Student:
 
     def _lrs(self) -> dict[str, float]:
         """Return the learning rates of the next step, as `StudentModel.set_lrs` takes them."""
-        config, lr, time = self.config, self.config.lr, self.done / self.steps
+        config, lr, time = self.config, self.config.lr, self.times.of(self.done)
         decay_share = (time - lr.decay_from) / max(1 - lr.decay_from, 1e-9)
         decay = exponential_lr(1.0, lr.final_factor, decay_share)
         lrs = {

@@ -6,8 +6,10 @@ import torch
 from jaxtyping import Bool, Float
 from torch import Tensor
 
+from mobilegs.train.times import Times
 from mobilegs.validation import COUNT, FRACTION, check
 
+TIME_MIN = 1e-9  # an interval of 0 ends with every step
 VOTE_SHARE = 0.6  # of an interval's votes above which a Gaussian is removed (paper: 0.6)
 
 
@@ -68,26 +70,23 @@ class VoteCounter:
         held: votes in this interval.
     """
 
-    def __init__(self, config: VoteConfig, steps: int, count: int, device: torch.device) -> None:
-        """Begin the first interval of a run of `steps`, with `count` Gaussians."""
-        self.config = config
-        self.set_steps(steps)
+    def __init__(self, config: VoteConfig, times: Times, count: int, device: torch.device) -> None:
+        """Begin the first interval of a run with these `times`, with `count` Gaussians."""
+        self.config, self.times = config, times
         self.against = torch.zeros(count, dtype=torch.int32, device=device)
         self.held = 0
 
-    def set_steps(self, steps: int) -> None:
-        """Fit the schedule to a run of `steps`; votes of the current interval count on."""
-        self.interval = max(1, round(self.config.interval * steps))
-        self.until = round(self.config.until * steps)
-        self.spacing = max(1, self.interval // self.config.votes_per_interval)
-
     def votes_at(self, step: int) -> bool:
         """Return whether step `step`, counted from 1, holds a vote."""
-        return self.config.quantile > 0 and step <= self.until and step % self.spacing == 0
+        spacing = max(self.config.interval, TIME_MIN) / self.config.votes_per_interval
+        return self.config.quantile > 0 and self._counts(step) and self.times.passes(step, spacing)
 
     def prunes_after(self, step: int) -> bool:
         """Return whether an interval ends with step `step`, counted from 1."""
-        return step <= self.until and step % self.interval == 0
+        return self._counts(step) and self.times.passes(step, max(self.config.interval, TIME_MIN))
+
+    def _counts(self, step: int) -> bool:
+        return self.times.of(step - 1) < self.config.until - TIME_MIN
 
     def add(self, candidates: Bool[Tensor, "n"]) -> None:
         """Count one vote against `candidates`."""

@@ -98,9 +98,9 @@ class Fixed:
         """Return the step of the schedule of the SH degree after `done` steps."""
         return done
 
-    def regularizer(self, gaussians: Gaussians) -> Float[Tensor, ""]:
-        """Return a term that is added to the loss."""
-        return gaussians.means.new_zeros(())
+    def regularizer(self, gaussians: Gaussians) -> Float[Tensor, ""] | None:
+        """Return a term that is added to the loss, if there is one."""
+        return None
 
     def observe(
         self,
@@ -169,8 +169,8 @@ class CloneSplit(Fixed):
     ) -> None:
         if step >= self.stop:
             return
-        half = screen_grads.new_tensor([camera.width / 2, camera.height / 2])
-        self.gradients += (screen_grads * half).norm(dim=1)
+        across, down = screen_grads.unbind(1)  # a tensor of numbers would wait for a GPU
+        self.gradients += torch.hypot(across * (camera.width / 2), down * (camera.height / 2))
         self.views += radii > 0
 
     @torch.no_grad()

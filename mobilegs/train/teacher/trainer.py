@@ -2,21 +2,23 @@
 
 import math
 from dataclasses import dataclass, field, fields
+from typing import Any
 
 import torch
 from torch import Tensor
 from torch.nn.functional import pad
 
-from mobilegs.camera import MIN_SIDE
+from mobilegs.camera import MIN_SIDE, Camera
 from mobilegs.data.dataset import Dataset, View
 from mobilegs.gaussians import Gaussians
-from mobilegs.render import Footprint, render_sorted, visible_rows
+from mobilegs.render import Footprint, render_raw, render_sorted, visible_rows
+from mobilegs.render.inputs import MoreHarmonics, RenderInputs, RenderSettings
 from mobilegs.render.project import SortedFootprint
 from mobilegs.render.scene import Scene
 from mobilegs.train.distributed import SINGLE_PROCESS, Team
 from mobilegs.train.exposure import START as EXPOSURE_START
 from mobilegs.train.exposure import ExposureConfig, Exposures, exposures_for
-from mobilegs.train.losses import masked_mse, photo_loss
+from mobilegs.train.losses import photo_loss_and_error
 from mobilegs.train.optim import NamedAdam, exponential_lr
 from mobilegs.train.poses import LRS as POSE_LRS
 from mobilegs.train.poses import START as POSE_START
@@ -28,6 +30,7 @@ from mobilegs.train.teacher.far import hidden_far
 from mobilegs.train.teacher.init import initial_gaussians
 from mobilegs.train.teacher.mcmc import Mcmc
 from mobilegs.train.teacher.mini_splatting import MiniSplatting, MiniSplattingConfig
+from mobilegs.train.times import ROUNDING, Times
 from mobilegs.validation import COUNT, DEGREE, FRACTION, NOT_NEGATIVE, POSITIVE, SHARE, check
 
 INIT_OPACITY = 0.1  # of initial Gaussians, and after restarts of mini_splatting
@@ -92,6 +95,9 @@ class TeacherConfig:
     sh_degree: int = 3
     """Final degree of the colour's spherical harmonics, 0 to 3. The degree, at first 0, rises by 1
     every thirtieth of the run; mini_splatting counts from its sampling."""
+    sh_every: int = 1
+    """Steps between two of Adam on the harmonics above degree 0. Their gradients add up meanwhile,
+    and the learning rate is multiplied by this number. 3DGS: 1."""
     ssim_weight: float = 0.2
     """Weight of 1 - SSIM in the loss; the rest is L1."""
     footprint: SortedFootprint = field(
@@ -120,7 +126,15 @@ class TeacherConfig:
         check(
             self,
             **dict.fromkeys(
-                ("steps", "views_per_step", "max_splats", "init_splats", "first_divisor"), COUNT
+                (
+                    "steps",
+                    "views_per_step",
+                    "max_splats",
+                    "init_splats",
+                    "first_divisor",
+                    "sh_every",
+                ),
+                COUNT,
             ),
             **dict.fromkeys(("min_views", "least_variance", "far_splats"), NOT_NEGATIVE),
             **dict.fromkeys(("ssim_weight", "far_visibility"), FRACTION),
@@ -172,7 +186,7 @@ class Teacher:
             start: trained Gaussians in place of points; all harmonics train from the first step.
         """
         self.config = config
-        self.steps = config.steps
+        self.times = Times(config.steps)
         self.views_per_step = config.views_per_step
         self.team = team
         self.done = 0
@@ -182,6 +196,7 @@ class Teacher:
         self.frames = dataset.train
         self.shortest_side = min(min(f.camera.width, f.camera.height) for f in self.frames)
         self.background = dataset.background.to(device)
+        self._reduced: tuple[int, list[Camera]] = 0, []  # divisor and cameras
         self.exposures: Exposures | None = None
         self.poses: Poses | None = None
         if config.pose.learned:
@@ -226,23 +241,28 @@ class Teacher:
     @property
     def sh_degree(self) -> int:
         """Degree of the harmonics in the next step."""
-        interval = max(1, round(SH_INTERVAL * self.steps))
-        raised = self.strategy.sh_step(self.done) // interval
+        raised = int(self.times.of(self.strategy.sh_step(self.done)) / SH_INTERVAL + ROUNDING)
         return min(self.degree_max, self.degree_first + raised)
 
-    def set_steps(self, steps: int) -> None:
-        """Change the number of steps in total, at least until the last Gaussians come or go.
+    @property
+    def steps(self) -> int:
+        """Number of steps in total."""
+        return self.times.steps
 
-        Fewer steps end densification earlier.
+    def set_steps(self, steps: int, at: int) -> None:
+        """Change the number of steps in total, when `at` of them are done.
+
+        Fewer steps end densification earlier. They last at least until the last Gaussians come or
+        go.
         """
         self.strategy.shorten(steps)
-        self.steps = max(steps, self.strategy.last_event + 1, self.far_check + 1)
+        self.times.set_steps(max(steps, self.strategy.last_event + 1, self.far_check + 1), at)
 
     @property
     def divisor(self) -> int:
         """Divisor of the photos' size in the next step."""
         config = self.config
-        left = 1 - self.done / max(FULL_SIZE_FROM * self.steps, 1e-9)
+        left = 1 - self.times.of(self.done) / FULL_SIZE_FROM
         divisor = math.ceil(config.first_divisor ** max(0.0, left))
         return max(1, min(divisor, self.shortest_side // MIN_SIDE))
 
@@ -255,27 +275,32 @@ class Teacher:
         for name, rate in self._lrs().items():
             self.adam.set_lr(name, rate)
         spread = self._begin_exposures()
-        leaves, shown = list(self.adam.tensors.values()), self._gaussians(0).detached()
-        if self.exposures is not None:
-            leaves += self.exposures.leaves
-        poses = self.poses if self.done >= POSE_START * self.steps else None
-        if poses is not None:
-            leaves.append(poses.motions)
+        shown, poses = self._gaussians(0).detached(), None
+        if self.times.of(self.done) >= POSE_START:
+            poses = self.poses
+        leaves = [t for name, t in self.adam.tensors.items() if name != "sh_rest" or poses]
+        leaves += [] if self.exposures is None else self.exposures.leaves
+        leaves += [] if poses is None else [poses.motions]
         results, divisor = [], self.divisor
+        cameras = self._cameras(divisor)
         for index, view in views:
-            loss = self._view_loss(index, view.reduced(divisor), poses)
+            loss = self._view_loss(index, view.reduced(divisor, cameras[index]), poses)
             results += self.team.accumulate_gradients(leaves, *loss)
         self.done += 1
         if self.exposures is not None:
-            self.exposures.step(self.done / self.steps)
+            self.exposures.step(self.times.of(self.done))
         if poses is not None:
-            poses.step(self.done / self.steps)
+            poses.step(self.times.of(self.done))
         order = self.team.interleave([index for index, _ in views])
-        for index, (_, _, screen_grads, radii) in zip(order, results, strict=True):
-            camera = self.frames[index].camera.reduced(divisor).to(radii.device)
+        for index, (_, _, screen_grads, radii, *more) in zip(order, results, strict=True):
             seen = {"screen_grads": screen_grads, "radii": radii}
-            self.strategy.observe(self.done, shown, camera, **seen)
-        self.adam.step()
+            self.strategy.observe(self.done, shown, cameras[index], **seen)
+            if self.team.world_size > 1:
+                rest = self.adam.tensors["sh_rest"]
+                for grad in more:
+                    rest.grad = grad if rest.grad is None else rest.grad + grad
+        waits = self.done % self.config.sh_every and self.done < self.steps
+        self.adam.step(without=("sh_rest",) if waits else ())
         self.strategy.after_step(self.done, self.adam, self.generator)
         if self.done == self.far_check:
             self._remove_far()
@@ -286,7 +311,18 @@ class Teacher:
         if self.done == self.steps:
             self._remove_unsupported()
         losses, errors, *_ = zip(*results, strict=True)
-        return StepResult(torch.stack(losses).mean(), torch.stack(errors).nanmean(), spread)
+        return StepResult.of(losses, errors, spread)
+
+    def _cameras(self, divisor: int) -> list[Camera]:
+        """Return the cameras of photos reduced by `divisor`: the same ones while it stays.
+
+        Their numbers are then read from a GPU once.
+        """
+        if self._reduced[0] != divisor:
+            device = self.background.device
+            cameras = [frame.camera.reduced(divisor).to(device) for frame in self.frames]
+            self._reduced = divisor, cameras
+        return self._reduced[1]
 
     def _begin_exposures(self) -> float | None:
         """Decide in one of the steps whether photos differ; return their spread in that step."""
@@ -296,35 +332,62 @@ class Teacher:
         self.exposures, spread = exposures_for(config, self.scene(), self.frames)
         return spread
 
-    def _view_loss(
-        self, index: int, view: View, poses: Poses | None
-    ) -> tuple[Tensor, Tensor, Tensor, Tensor]:
+    def _view_loss(self, index: int, view: View, poses: Poses | None) -> tuple[Tensor, ...]:
         """Return loss and squared error of photo `index`, its screen-space gradients and radii.
 
-        The backward pass fills in the gradients. `poses` corrects the camera.
+        Those of harmonics above degree 0 follow where autograd does not have them. The backward
+        pass fills in the gradients. `poses` corrects the camera.
         """
-        shown = self._gaussians(self.sh_degree)
-        screen_grads = torch.zeros_like(shown.means[:, :2])
-        camera = view.camera if poses is None else poses.camera(index, view.camera)
-        drawn = render_sorted(
-            shown.means,
-            shown.quats,
-            shown.scales,
-            shown.opacities,
-            shown.sh,
-            camera=camera,
-            background=self.background,
-            footprint=self.config.scene_footprint,
-            screen_grads=screen_grads,
-        )
+        shown, grads = self._gaussians(0), []
+        screen_grads = torch.empty_like(shown.means[:, :2])
+        options: dict[str, Any] = {"background": self.background, "screen_grads": screen_grads}
+        if poses is None:
+            more = self._more_harmonics()
+            drawn = render_raw(
+                RenderInputs(
+                    *(shown.means, shown.quats, shown.log_scales),
+                    *(shown.logit_opacities, shown.sh, None),
+                ),
+                view.camera,
+                settings=RenderSettings(footprint=self.config.scene_footprint),
+                more=more,
+                sh_degree=self.sh_degree,
+                **options,
+            )
+            grads = [] if more is None else [more.gradients]
+        else:
+            shown = self._gaussians(self.sh_degree)
+            drawn = render_sorted(
+                *(shown.means, shown.quats, shown.scales, shown.opacities, shown.sh),
+                camera=poses.camera(index, view.camera),
+                footprint=self.config.scene_footprint,
+                **options,
+            )
         image = drawn.image
         if self.exposures is not None:
             image = self.exposures.apply(index, image)
-        loss = photo_loss(image, view.image, mask=view.mask, ssim_weight=self.config.ssim_weight)
-        loss = loss + self.strategy.regularizer(shown)
+        loss, error = photo_loss_and_error(
+            image, view.image, mask=view.mask, ssim_weight=self.config.ssim_weight
+        )
+        if (term := self.strategy.regularizer(shown)) is not None:
+            loss = loss + term
         if self.exposures is not None:
             loss = loss + self.exposures.penalty(index)
-        return loss, masked_mse(image, view), screen_grads, drawn.radii
+        return loss, error, screen_grads, drawn.radii, *grads
+
+    def _more_harmonics(self) -> MoreHarmonics | None:
+        """Return the harmonics above degree 0 of the next step; None while there are none.
+
+        A single process adds their gradients where Adam reads them.
+        """
+        rest = self.adam.tensors["sh_rest"]
+        if self.sh_degree == 0:
+            return None
+        if self.team.world_size > 1:
+            return MoreHarmonics(rest.detach(), torch.zeros_like(rest))
+        if rest.grad is None:
+            rest.grad = torch.zeros_like(rest)
+        return MoreHarmonics(rest.detach(), rest.grad)
 
     def gaussians(self) -> Gaussians:
         """Return the current Gaussians, with harmonics of the final degree."""
@@ -410,14 +473,14 @@ class Teacher:
             quats=tensors["quats"],
             log_scales=tensors["log_scales"],
             logit_opacities=tensors["logit_opacities"],
-            sh=torch.cat([tensors["sh0"], rest], dim=1),
+            sh=torch.cat([tensors["sh0"], rest], dim=1) if columns else tensors["sh0"],
         )
 
     def _lrs(self) -> dict[str, float]:
         lr = self.config.lr
-        time = self.strategy.lr_step(self.done) / self.steps
+        time = self.times.of(self.strategy.lr_step(self.done))
         position = exponential_lr(lr.means, lr.means / MEANS_LR_RATIO, time)
-        share = (self.done / self.steps - DECAY_FROM) / (1 - DECAY_FROM)
+        share = (self.times.of(self.done) - DECAY_FROM) / (1 - DECAY_FROM)
         decay = exponential_lr(1.0, lr.final_factor, share)
         return {
             "means": position * self.extent,
@@ -425,5 +488,5 @@ class Teacher:
             "log_scales": lr.scales * decay,
             "logit_opacities": lr.opacities * decay,
             "sh0": lr.sh0 * decay,
-            "sh_rest": lr.sh_rest * decay,
+            "sh_rest": self.config.sh_every * lr.sh_rest * decay,
         }

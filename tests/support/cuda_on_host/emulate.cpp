@@ -17,7 +17,7 @@
 #include <utility>
 #include <vector>
 
-Index threadIdx, blockIdx, blockDim;
+Index threadIdx, blockIdx, blockDim, gridDim;
 
 namespace {
 
@@ -112,7 +112,11 @@ std::function<void(void**)> caller(void (*kernel)(A...)) {
 #define ENTRY(name) {#name, caller(name)}
 const std::map<std::string, std::function<void(void**)>> kernels = {
     ENTRY(mgs_project),
+    ENTRY(mgs_total),
     ENTRY(mgs_fill),
+    ENTRY(mgs_count_digits),
+    ENTRY(mgs_scatter),
+    ENTRY(mgs_find_starts),
     ENTRY(mgs_write_gradients),
     ENTRY(mgs_sortfree_forward),
     ENTRY(mgs_sortfree_forward_depth),
@@ -121,10 +125,10 @@ const std::map<std::string, std::function<void(void**)>> kernels = {
     ENTRY(mgs_two_pass_forward_depth),
     ENTRY(mgs_sortfree_pixels),
     ENTRY(mgs_sortfree_pixels_depth),
-    ENTRY(mgs_add_enlarged),
-    ENTRY(mgs_add_enlarged_depth),
-    ENTRY(mgs_reduce_gradients),
-    ENTRY(mgs_finish_gradients),
+    ENTRY(mgs_add_levels),
+    ENTRY(mgs_add_levels_depth),
+    ENTRY(mgs_reduce_levels),
+    ENTRY(mgs_reduce_levels_depth),
     ENTRY(mgs_sortfree_gather),
     ENTRY(mgs_sortfree_gather_depth),
     ENTRY(mgs_two_pass_gather),
@@ -136,6 +140,25 @@ const std::map<std::string, std::function<void(void**)>> kernels = {
     ENTRY(mgs_sorted_gather),
     ENTRY(mgs_contributions),
     ENTRY(mgs_contributions_gather),
+    ENTRY(mgs_student_prepare),
+    ENTRY(mgs_student_decode),
+    ENTRY(mgs_student_update),
+    ENTRY(mgs_student_finish),
+    ENTRY(mgs_adam),
+    ENTRY(mgs_photo_terms),
+    ENTRY(mgs_photo_finish),
+    ENTRY(mgs_photo_gradient),
+    ENTRY(mgs_distill_terms),
+    ENTRY(mgs_distill_finish),
+    ENTRY(mgs_distill_gradient),
+    ENTRY(mgs_overdraw),
+    ENTRY(mgs_overdraw_total),
+    ENTRY(mgs_early_rate_sums),
+    ENTRY(mgs_early_rate),
+    ENTRY(mgs_count_codes),
+    ENTRY(mgs_rate),
+    ENTRY(mgs_rate_total),
+    ENTRY(mgs_entropies),
 };
 
 }  // namespace
@@ -146,6 +169,17 @@ __attribute__((noinline)) const uint32_t* exchange(Group group, const char* what
   fibers[me].waits_at = what, fibers[me].group = group;
   if (!_setjmp(fibers[me].place)) _longjmp(scheduler, 1);
   return handed_out + (group == Group::BLOCK ? 0 : me / 32 * 32);
+}
+
+// The bytes of a struct that Python mirrors, or 0.
+extern "C" int struct_bytes(const char* name) {
+  const std::map<std::string, size_t> sizes = {
+      {"Student", sizeof(Student)}, {"Shared", sizeof(Shared)}, {"Trained", sizeof(Trained)},
+      {"Steps", sizeof(Steps)}, {"RateTensor", sizeof(RateTensor)}, {"View", sizeof(View)},
+      {"Distilled", sizeof(Distilled)}, {"SortPass", sizeof(SortPass)}, {"Lists", sizeof(Lists)},
+  };
+  auto found = sizes.find(name);
+  return found == sizes.end() ? 0 : (int)found->second;
 }
 
 extern "C" void set_reversed(int value) { reversed = value; }
@@ -159,7 +193,7 @@ extern "C" const char* launch(const char* name, unsigned blocks, unsigned thread
   if (found == kernels.end()) return "there is no such kernel";
   if (threads > THREADS_MAX || threads % 32) return "a block has up to 8 whole warps";
   body = [&] { found->second(arguments); };
-  blockDim.x = threads;
+  blockDim.x = threads, gridDim.x = blocks;
   try {
     for (blockIdx.x = 0; blockIdx.x < blocks; blockIdx.x++) run_block();
   } catch (const std::runtime_error& error) {

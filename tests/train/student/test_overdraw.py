@@ -129,7 +129,7 @@ def test_an_overdraw_weight_reduces_overdraw(
     make_student: Callable[..., Student], dataset: Dataset
 ) -> None:
     found = []
-    for weight in (0.0, 0.02):
+    for weight in (0.0, 0.1):  # less is within the noise of a scene this small
         config = replace(STUDENT, steps=240)  # the term acts in every fourth step
         student = make_student(changed(config, loss={"overdraw_weight": weight}))
         train(student, dataset, student.steps)

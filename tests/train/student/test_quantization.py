@@ -1,13 +1,20 @@
-"""The rate term before quantisation: its gradients and its effect."""
+"""The rate term before and after quantisation: its gradients and its effect."""
 
+import math
 from collections.abc import Callable
 from dataclasses import replace
 
 import pytest
 import torch
 
+from mobilegs.csrc import binding
 from mobilegs.data.dataset import Dataset
-from mobilegs.train.student.quantization import RATE_SCALE, add_early_rate_gradients
+from mobilegs.representation.uniform_quantizer import UniformQuantizer
+from mobilegs.train.student.quantization import (
+    RATE_SCALE,
+    add_early_rate_gradients,
+    add_rate_gradients,
+)
 from mobilegs.train.student.trainer import Student
 from mobilegs.train.student.view_dependence import ViewDependence
 from tests.support.selection import few
@@ -65,3 +72,30 @@ def test_the_early_rate_term_moves_values_towards_their_mean(
     late, early = spreads
     assert {"log_scales", "quats", "static", "view"} < late.keys()
     assert all(early[name] < late[name] for name in late.keys() - {"means"}), (early, late)
+
+
+@pytest.mark.parametrize("rows", [1, 700])
+def test_the_kernel_of_the_rate_agrees_with_the_reference(
+    rows: int, generator: torch.Generator, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    start = torch.randn(rows, 3, generator=generator) * torch.tensor([0.1, 5.0, 300.0])
+    codes = UniformQuantizer.fit(start + 0.3, step_size=0.7)
+    assert binding.supports(start)
+    found = []
+    for by_kernel in (True, False):
+        if not by_kernel:
+            monkeypatch.setattr(binding, "supports", lambda *tensors: False)
+        values = torch.nn.Parameter(start.clone())
+        values.grad, codes.log_step_offset.grad = torch.ones_like(values), None
+        add_rate_gradients({"scale": codes}, {"scale": values}, 2.5)
+        found.append((values.grad, codes.log_step_offset.grad))
+    for kernel, reference in zip(*found, strict=True):
+        torch.testing.assert_close(kernel, reference, rtol=1e-5, atol=1e-6)
+
+
+def test_the_rate_of_values_that_are_not_numbers_ends(generator: torch.Generator) -> None:
+    values = torch.nn.Parameter(torch.randn(70, 2, generator=generator))
+    values.data[3, 1], values.data[5, 0] = math.nan, -math.inf
+    codes = UniformQuantizer.fit(values.detach(), step_size=0.1)
+    add_rate_gradients({"scale": codes}, {"scale": values}, 1.0)
+    assert values.grad is not None and bool(values.grad[:3].isfinite().all())

@@ -1,9 +1,12 @@
 """Pruning by votes: criteria, counts and schedule."""
 
+from itertools import pairwise
+
 import pytest
 import torch
 
 from mobilegs.train.student.vote_pruning import VoteConfig, VoteCounter, vote
+from mobilegs.train.times import Times
 
 CPU = torch.device("cpu")
 
@@ -37,14 +40,14 @@ def test_a_vote_on_no_gaussians_is_empty() -> None:
 
 
 def test_the_share_is_of_the_votes_held() -> None:
-    votes = VoteCounter(VoteConfig(), steps=300, count=3, device=CPU)
+    votes = VoteCounter(VoteConfig(), Times(300), 3, CPU)
     for round_ in range(5):
         votes.add(torch.tensor([round_ < 3, round_ < 4, False]))
     assert votes.kept().tolist() == [True, False, True]  # 3 of 5 is not more than 0.6
 
 
 def test_a_new_interval_starts_without_votes() -> None:
-    votes = VoteCounter(VoteConfig(), steps=300, count=3, device=CPU)
+    votes = VoteCounter(VoteConfig(), Times(300), 3, CPU)
     votes.add(torch.ones(3, dtype=torch.bool))
     votes.reset(2)
     assert votes.kept().tolist() == [True, True] and votes.held == 0
@@ -52,7 +55,7 @@ def test_a_new_interval_starts_without_votes() -> None:
 
 @pytest.mark.parametrize("steps", [60, 30_000])
 def test_prunings_scale_with_the_length_of_the_run(steps: int) -> None:
-    votes = VoteCounter(VoteConfig(), steps=steps, count=1, device=CPU)
+    votes = VoteCounter(VoteConfig(), Times(steps), 1, CPU)
     prunings = [step for step in range(1, steps + 1) if votes.prunes_after(step)]
     assert len(prunings) == pytest.approx(24, abs=1)
     assert prunings[0] == pytest.approx(steps / 30, abs=1)
@@ -60,6 +63,17 @@ def test_prunings_scale_with_the_length_of_the_run(steps: int) -> None:
 
 
 def test_a_quantile_of_0_holds_no_votes() -> None:
-    votes = VoteCounter(VoteConfig(quantile=0.0), steps=30, count=1, device=CPU)
+    votes = VoteCounter(VoteConfig(quantile=0.0), Times(30), 1, CPU)
     assert not any(votes.votes_at(step) for step in range(1, 31))
     assert votes.kept().all()
+
+
+def test_a_longer_run_keeps_the_votes_of_an_interval() -> None:
+    times = Times(3000)
+    votes = VoteCounter(VoteConfig(votes_per_interval=10), times, 1, CPU)
+    times.set_steps(9000, 1550)  # in the middle of an interval
+    held = [step for step in range(1, 9001) if votes.votes_at(step)]
+    prunings = [step for step in range(1, 9001) if votes.prunes_after(step)]
+    ends = [0, *prunings]
+    assert [sum(a < step <= b for step in held) for a, b in pairwise(ends)] == [10] * 24
+    assert prunings[14] == 1500 and prunings[15] == 1550 + round(50 * 7450 / 1450)

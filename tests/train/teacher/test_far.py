@@ -117,5 +117,5 @@ def test_a_teacher_removes_hidden_far_gaussians_once(
 def test_a_run_that_is_shortened_keeps_the_check() -> None:
     config = TeacherConfig(steps=100, far_splats=10, far_visibility=0.2)
     teacher = Teacher(config, outwards(), seed=0, device=torch.device("cpu"))
-    teacher.set_steps(20)
+    teacher.set_steps(20, 0)
     assert teacher.steps == max(31, teacher.strategy.last_event + 1)

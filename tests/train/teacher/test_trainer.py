@@ -32,13 +32,16 @@ def test_a_teacher_follows_the_sum_of_its_views_gradients(dataset: Dataset) -> N
         loss.backward()
         losses.append(loss)
     expected = {name: t.grad for name, t in apart.adam.tensors.items()}
-    together.adam.step = lambda: None
+    together.adam.step = lambda **_: None
     assert together.advance(views).loss == torch.stack(losses).mean()
     for name, tensor in together.adam.tensors.items():
         grad = expected[name]
+        if name == "sh_rest":  # not trained yet
+            assert tensor.grad is None and grad is None
+            continue
         assert tensor.grad is not None and grad is not None
         assert torch.equal(tensor.grad, grad), name
-        assert (tensor.grad != 0).any() or name == "sh_rest"
+        assert (tensor.grad != 0).any()
 
 
 def test_the_first_photos_are_small_and_grow_until_a_given_time(
@@ -85,11 +88,11 @@ def test_fewer_steps_end_densification_sooner(
 ) -> None:
     densify = replace(TEACHER.densify, strategy=strategy)
     teacher = Teacher(replace(TEACHER, steps=100, densify=densify), dataset, seed=0, device=CPU)
-    teacher.set_steps(80)
+    teacher.set_steps(80, 0)
     shorter = teacher.strategy.last_event
-    teacher.set_steps(120)
+    teacher.set_steps(120, 0)
     assert (shorter, teacher.strategy.last_event, teacher.steps) == (*stops, 120)
-    teacher.set_steps(1)
+    teacher.set_steps(1, 0)
     assert teacher.steps == teacher.strategy.last_event + 1
 
 

@@ -1,0 +1,186 @@
+"""Terms of the student's loss that need no image, by the kernels of csrc/cuda_terms.h.
+
+Overdraw, and the rate before and after quantisation. The host reads nothing, so it never waits.
+The reference is `overdraw.py` and `quantization.py`.
+"""
+
+import ctypes
+import math
+from collections.abc import Sequence
+from typing import Any
+
+import torch
+from jaxtyping import Float
+from torch import Tensor
+
+from mobilegs.csrc.binding import address
+from mobilegs.errors import InputError
+from mobilegs.render.kernels import cuda
+from mobilegs.render.kernels.kernel_view import KernelView
+from mobilegs.representation.uniform_quantizer import (
+    CODE_LIMIT,
+    PSEUDO_COUNT,
+    STEP_RATIO,
+    StepSizeQuantizer,
+    UniformQuantizer,
+)
+
+# of csrc/cuda_terms.h
+TENSORS_MAX = 6
+PARTS, CHUNKS = 128, 32  # blocks of a tensor, and of a column whose codes are counted
+PLACES = 2 * CODE_LIMIT + 5
+
+
+class _RateTensor(ctypes.Structure):
+    """Mirrors `RateTensor` in csrc/cuda_terms.h field by field."""
+
+    _fields_ = [
+        *((name, ctypes.c_void_p) for name in ("values", "before", "gradients", "codes", "step")),
+        ("count", ctypes.c_int64),
+        ("weight", ctypes.c_float),
+        *((name, ctypes.c_int) for name in ("columns", "first")),
+    ]
+
+
+def supports(*tensors: Tensor) -> bool:
+    """Return True if there are tensors, and kernels take them: contiguous float32 on a GPU."""
+    return bool(tensors) and cuda.takes(*tensors) and all(t.is_contiguous() for t in tensors)
+
+
+def overdraw(
+    view: KernelView,
+    means: Float[Tensor, "n 3"],
+    quats: Float[Tensor, "n 4"],
+    log_scales: Float[Tensor, "n 3"],
+    lobes: Float[Tensor, "n k 2"],
+    *,
+    alpha_min: float,
+    level_sigma: float,
+) -> Float[Tensor, ""]:
+    """Return the fragments per pixel of the Gaussians that `view` could show if they were opaque.
+
+    It is differentiable for `log_scales`, and uses opacities without their view dependence.
+    """
+    return _Overdraw.apply(log_scales, means, quats, lobes, view, alpha_min, level_sigma)  # pyright: ignore[reportReturnType]
+
+
+class _Overdraw(torch.autograd.Function):
+    @staticmethod
+    def forward(  # pyright: ignore[reportIncompatibleMethodOverride]
+        ctx,
+        log_scales: Tensor,
+        means: Tensor,
+        quats: Tensor,
+        lobes: Tensor,
+        view: KernelView,
+        alpha_min: float,
+        level_sigma: float,
+    ) -> Tensor:
+        count, stride = len(means), math.prod(lobes.shape[1:])
+        blocks = -(-count // cuda.THREADS)
+        log_scales = log_scales.contiguous()
+        gradients, total = torch.empty_like(log_scales), log_scales.new_empty(())
+        parts = log_scales.new_empty(blocks, dtype=torch.float64)
+        _launch(
+            *("mgs_overdraw", blocks, view, ctypes.c_int(count)),
+            *(means.contiguous(), quats.contiguous(), log_scales, lobes.contiguous()),
+            *(ctypes.c_int(stride), ctypes.c_float(alpha_min), ctypes.c_float(level_sigma)),
+            *(gradients, parts),
+        )
+        _launch("mgs_overdraw_total", 1, ctypes.c_int(blocks), parts, total)
+        ctx.save_for_backward(gradients)
+        return total
+
+    @staticmethod
+    def backward(ctx, grad: Tensor) -> tuple[Tensor | None, ...]:  # pyright: ignore
+        [gradients] = ctx.saved_tensors
+        return grad * gradients, None, None, None, None, None, None
+
+
+def add_early_rate_gradients(
+    tensors: Sequence[Tensor], weights: Sequence[float], *, share: float, least: float
+) -> None:
+    """Add the gradients of the estimated rate term to `tensors`.
+
+    `weights` are those of a bit of one row. The scale of the estimate is `share` standard
+    deviations, at least `least`.
+    """
+    structs, columns = _structs(tensors, weights)
+    _add_gradients(structs, tensors)
+    parts = tensors[0].new_empty(columns * PARTS, 2, dtype=torch.float64)
+    blocks = PARTS * len(tensors)
+    _launch("mgs_early_rate_sums", blocks, structs, parts)
+    scale = ctypes.c_float(share), ctypes.c_float(least)
+    _launch("mgs_early_rate", blocks, structs, parts, *scale)
+
+
+def add_rate_gradients(
+    quantizers: Sequence[UniformQuantizer], tensors: Sequence[Tensor], bit_weight: float
+) -> Sequence[Float[Tensor, ""]]:
+    """Add the gradients of the rate term to `tensors`; return those of the log step sizes."""
+    structs, columns = _structs(tensors, [bit_weight / len(values) for values in tensors])
+    _add_gradients(structs, tensors)
+    step_sizes = [quantizer.step_size for quantizer in quantizers]
+    for struct, step_size in zip(structs, step_sizes, strict=False):
+        struct.step = step_size.data_ptr()
+    counts = _counts(structs, columns, [quantizer.indices for quantizer in quantizers])
+    parts = counts.new_empty(columns * PARTS, 3, dtype=torch.float64)
+    found = counts.new_empty(len(tensors), dtype=torch.float32)
+    pseudo = ctypes.c_float(PSEUDO_COUNT)
+    _launch("mgs_rate", PARTS * len(tensors), structs, counts, pseudo, parts)
+    _launch("mgs_rate_total", len(tensors), structs, parts, found)
+    return found.unbind()
+
+
+def log_step_gradient(
+    quantizer: StepSizeQuantizer, values: Tensor, bit_weight: float
+) -> Float[Tensor, ""]:
+    """Return `bit_weight * quantizer.log_step_gradient(values)`."""
+    weight, codes = bit_weight / (2 * math.log(STEP_RATIO)), quantizer.finer_and_coarser(values)
+    structs, columns = _structs(codes, (-weight, weight))
+    counts, found = _counts(structs, columns, codes), values.new_empty(())
+    _launch("mgs_entropies", 1, structs, ctypes.c_int(len(codes)), counts, found)
+    return found
+
+
+def _counts(structs: ctypes.Array, columns: int, codes: Sequence[Tensor]) -> Tensor:
+    """Return how many rows have each code, by column."""
+    codes = [each.contiguous() for each in codes]
+    for struct, each in zip(structs, codes, strict=False):
+        if (struct.count, struct.columns) != each.shape or each.dtype != torch.int32:
+            raise InputError(f"codes have shape {list(each.shape)} and type {each.dtype}")
+        struct.codes = each.data_ptr()
+    counts = codes[0].new_zeros(columns, PLACES)
+    _launch("mgs_count_codes", CHUNKS * columns, structs, ctypes.c_int(columns), counts)
+    return counts
+
+
+def _add_gradients(structs: ctypes.Array, tensors: Sequence[Tensor]) -> None:
+    """Give the tensors gradients that kernels write, the sums with those that they have."""
+    for struct, values in zip(structs, tensors, strict=False):
+        if values.grad is None:
+            values.grad = torch.empty_like(values)
+        else:
+            values.grad = values.grad.contiguous()
+            struct.before = values.grad.data_ptr()
+        struct.gradients = values.grad.data_ptr()
+
+
+def _structs(tensors: Sequence[Tensor], weights: Sequence[float]) -> tuple[ctypes.Array, int]:
+    """Return the struct `RateTensors`, and the number of columns of all tensors."""
+    structs, first = (_RateTensor * TENSORS_MAX)(), 0
+    for i, (values, weight) in enumerate(zip(tensors, weights, strict=True)):
+        struct, columns = structs[i], math.prod(values.shape[1:])
+        struct.values, struct.weight = values.data_ptr(), weight
+        struct.count = len(values) if columns else 0
+        struct.columns, struct.first = max(1, columns), first  # kernels divide by it
+        first += struct.columns
+    return structs, first
+
+
+def _launch(name: str, blocks: int, *arguments: Any) -> None:
+    """Start a kernel; tensors among its arguments become pointers."""
+    kernels = cuda.kernels_for(next(a for a in arguments if isinstance(a, Tensor)))
+    given = [address(a) if isinstance(a, Tensor) else a for a in arguments]
+    with kernels.current():
+        kernels.launch(name, blocks, cuda.THREADS, *given)
