@@ -1,6 +1,7 @@
 """Profile steps in the middle of a long run, each part of it by itself.
 
-    python -m bench.steps CAPTURE TEACHER.ply [--downscale 2] [--device cuda] [--json OUT]
+    python -m bench.steps CAPTURE TEACHER.ply [--downscale 2] [--device cuda] [--beside 6 8]
+        [--json OUT]
 
 Each stage has 30,000 steps of the preset `--preset`, and starts from the Gaussians of TEACHER.ply.
 Nothing is trained: a part begins at its time, between two votes, with what the schedule brings
@@ -10,6 +11,8 @@ then. The steps are a multiple of 4, so that rarer terms have their usual share.
 |---|---|
 | ms | of a step, the median of 5 rounds of `--steps` steps |
 | reference_ms | on a CPU: of the same step through the reference in PyTorch, in turn with it |
+| beside_N | on a CPU, with `--beside N`: the speed beside N busy programs, as a share of k / (k + N)
+of the speed alone, which is fair on k cores |
 | operations | of torch that read or write memory; nearly the same on every device |
 | native | calls of the C++ library; 0 on a GPU |
 | megabytes | that operations of torch read and write |
@@ -18,6 +21,8 @@ then. The steps are a multiple of 4, so that rarer terms have their usual share.
 """
 
 import argparse
+import subprocess
+import sys
 import time
 from collections import Counter
 from collections.abc import Callable, Iterator
@@ -48,10 +53,12 @@ from mobilegs.train.stage import Stage
 from mobilegs.train.student import trainer
 from mobilegs.train.student.trainer import Student
 from mobilegs.train.teacher.trainer import Teacher
+from mobilegs.train.threads import all_threads, torch_on_one_thread
 
 LENGTH = 30_000  # steps of a stage
 PERIOD = 4  # steps after which terms that are not in every step repeat
 WARM, ROUNDS = 8, 5
+SETTLE_SECONDS, BESIDE_SECONDS = 3, 10
 PARTS = {"teacher": 0.75, "explicit": 0.08, "latents": 0.3, "rate": 0.65, "quantized": 0.95}
 READS = ("_local_scalar_dense", "nonzero", "equal", "is_nonzero", "masked_select")
 LAUNCHES = ("cudaLaunchKernel", "cudaLaunchKernelExC", "cuLaunchKernel")
@@ -171,7 +178,8 @@ def reference_only() -> Iterator[None]:
     program = trainer.runs_program
     trainer.runs_program = lambda model: False
     try:
-        yield
+        with all_threads():
+            yield
     finally:
         trainer.runs_program = program
 
@@ -188,13 +196,50 @@ def time_steps(advance: Callable[[], object], steps: int, *, on_gpu: bool) -> fl
     return 1e3 * (time.perf_counter() - began) / steps
 
 
+@contextmanager
+def busy_programs(count: int) -> Iterator[None]:
+    """Keep so many other programs busy."""
+    command = [sys.executable, "-c", "while True: pass"]
+    programs = [subprocess.Popen(command) for _ in range(count)]
+    try:
+        time.sleep(SETTLE_SECONDS)
+        yield
+    finally:
+        for program in programs:
+            program.kill()
+            program.wait()
+
+
+def share_beside(advance: Callable[[], object], programs: int) -> float:
+    """Return the speed beside busy programs as a share of what is fair on this machine's cores."""
+    with all_threads():
+        cores = torch.get_num_threads()
+
+    def speed() -> float:
+        done, began = 0, time.perf_counter()
+        while (passed := time.perf_counter() - began) < BESIDE_SECONDS:
+            advance()
+            done += 1
+        return done / passed
+
+    alone = speed()
+    with busy_programs(programs):
+        return speed() / alone * (cores + programs) / cores
+
+
 def measure(
-    dataset: Dataset, recipe: Recipe, teacher: Scene, parts: list[str], steps: int, to: Figures
+    dataset: Dataset,
+    recipe: Recipe,
+    teacher: Scene,
+    parts: list[str],
+    steps: int,
+    beside: list[int],
+    to: Figures,
 ) -> None:
     """Add a row for each part."""
     camera, device = dataset.train[0].camera, teacher.background.device
     on_gpu, team = device.type == "cuda", Team(device)
-    with ViewLoader(dataset.train) as loader:
+    with ViewLoader(dataset.train) as loader, torch_on_one_thread():
         for index in range(len(loader)):
             loader.get(index)  # as in a long run, where they are decoded
         for part in parts:
@@ -216,7 +261,7 @@ def measure(
                         times[name].append(time_steps(step, steps, on_gpu=on_gpu))
             # the first round warms caches
             found = {name: round(median(each[1:]), 2) for name, each in times.items()}
-            found |= counts
+            found |= {f"beside_{n}": round(share_beside(advance, n), 2) for n in beside} | counts
             if on_gpu:
                 found |= gpu_figures(advance, PERIOD)
             size = f"{camera.width}x{camera.height}"
@@ -232,6 +277,7 @@ def main() -> None:
     parser.add_argument("--device", default="cpu", choices=("cpu", "cuda"))
     parser.add_argument("--only", nargs="+", default=list(PARTS), choices=PARTS, metavar="PART")
     parser.add_argument("--steps", type=int, default=16, help="of a round; default: 16")
+    parser.add_argument("--beside", type=int, nargs="+", default=[], metavar="N")
     parser.add_argument("--json", type=Path, help="add the figures to this file")
     options = parser.parse_args()
     device = torch.device(options.device)
@@ -245,7 +291,7 @@ def main() -> None:
     )
     about = {"device": torch.cuda.get_device_name()} if device.type == "cuda" else {}
     recipe, figures = RECIPES[options.preset](), Figures(options.json, **about)
-    measure(dataset, recipe, teacher, options.only, options.steps, figures)
+    measure(dataset, recipe, teacher, options.only, options.steps, options.beside, figures)
 
 
 if __name__ == "__main__":

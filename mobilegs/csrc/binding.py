@@ -22,7 +22,7 @@ from mobilegs.errors import InputError
 from mobilegs.gaussians import Gaussians
 
 CPU = torch.device("cpu")
-INTERFACE = 7  # MGS_INTERFACE of decode.h
+INTERFACE = 8  # MGS_INTERFACE of decode.h
 
 # newest first: (name, flags of /proc/cpuinfo that it needs); as CMakeLists.txt builds them
 BUILDS = {
@@ -106,25 +106,24 @@ def library(build: str | None = None) -> ctypes.CDLL:
             f"the C++ library {path} belongs to another version of mobilegs: reinstall mobilegs"
         )
     loaded.mgs_sorted_forward.restype = ctypes.c_void_p
-    fork, threads = openmp_functions()
-    loaded.mgs_use_threads(fork, threads)
+    if (threads := openmp_threads()) is not None:
+        loaded.mgs_follow_threads(threads)
     return loaded
 
 
-def openmp_functions() -> tuple[Any, Any]:
-    """Return the functions of torch's OpenMP runtime that parallel.h calls, or twice None.
+def openmp_threads() -> Any:
+    """Return the function of torch's OpenMP runtime that gives its number of threads, or None.
 
-    The kernels then follow `torch.set_num_threads`, and wait for no threads of another runtime.
+    The kernels have threads of their own, as many as torch: they follow `torch.set_num_threads`.
     """
     try:
         if sys.platform == "win32":
             runtime = ctypes.CDLL(str(Path(torch.__file__).parent / "lib" / "libiomp5md.dll"))
-            return runtime["__kmpc_fork_call"], runtime.omp_get_max_threads
-        # the system searches the libraries that this one needs, too
-        runtime = ctypes.CDLL(torch._C.__file__)
-        return runtime.GOMP_parallel, runtime.omp_get_max_threads
+        else:  # the system searches the libraries that this one needs, too
+            runtime = ctypes.CDLL(torch._C.__file__)
+        return runtime.omp_get_max_threads
     except (OSError, AttributeError):
-        return None, None  # one thread
+        return None  # one thread
 
 
 @cache

@@ -6,11 +6,6 @@
 
 #define EXPORT extern "C" __attribute__((visibility("default")))
 
-// binding.py calls it once, with functions of torch's OpenMP runtime (parallel.h).
-EXPORT void mgs_use_threads(Fork* fork, int (*threads)()) {
-  omp_fork = fork, omp_threads = threads;
-}
-
 EXPORT int mgs_lanes() { return LANES; }
 EXPORT int mgs_view_bytes() { return sizeof(View); }
 EXPORT int mgs_splat_bytes() { return sizeof(Splat); }

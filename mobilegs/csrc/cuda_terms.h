@@ -17,8 +17,7 @@ constexpr int LEAST = -CODE_LIMIT - 2, PLACES = 2 * CODE_LIMIT + 5;
 struct RateTensor {
   const float *values, *before;  // before: gradients to which those of the term are added, or null
   float* gradients;
-  const int* codes;   // null before quantisation, like the step size
-  const float* step;
+  LearnedStep step;  // nothing before quantisation
   int64 count;
   float weight;
   int columns, first;  // first: columns of the tensors before it
@@ -149,20 +148,20 @@ mgs_early_rate(PARAM RateTensors in, const double* parts, float share, float lea
 }
 
 // CHUNKS blocks per column of all tensors. Adds the number of values of each code to `table`,
-// [columns][PLACES]. The code of a value that is not a number may be any integer.
+// [columns][PLACES].
 KERNEL(THREADS, 4)
 mgs_count_codes(PARAM RateTensors in, int columns, int* table) {
   __shared__ int counts[PLACES];
   int column = blockIdx.x % columns;
   const RateTensor* t = in.tensors;
   while (column >= t->first + t->columns) t++;
+  float step = step_of(t->step);
   for (int k = threadIdx.x; k < PLACES; k += THREADS) counts[k] = 0;
   __syncthreads();
   for (int64 i = (int64)(blockIdx.x / columns) * THREADS + threadIdx.x; i < t->count;
        i += CHUNKS * THREADS) {
-    int code = t->codes[i * t->columns + column - t->first];
-    code = code < -CODE_LIMIT ? -CODE_LIMIT : code > CODE_LIMIT ? CODE_LIMIT : code;
-    add_count(counts + code - LEAST, 1);
+    float code = nearest_code(t->values[i * t->columns + column - t->first] / step);
+    add_count(counts + (int)code - LEAST, 1);
   }
   __syncthreads();
   for (int k = threadIdx.x; k < PLACES; k += THREADS)
@@ -174,7 +173,7 @@ KERNEL(THREADS, 4)
 mgs_rate(PARAM RateTensors in, const int* table, float pseudo, double* parts) {
   const RateTensor& t = in.tensors[blockIdx.x / PARTS];
   const int* counts = table + (int64)(t.first + threadIdx.x % t.columns) * PLACES;
-  float step = *t.step, first = first_of(t);
+  float step = step_of(t.step), first = first_of(t);
   double sums[3] = {0, 0, 0};
   for_values(t, [&](int64 i) {
     float x = t.values[i];
@@ -199,16 +198,31 @@ mgs_rate_total(PARAM RateTensors in, const double* parts, float* gradients) {
   if (threadIdx.x == 0) gradients[blockIdx.x] = (float)total[0];
 }
 
-// One block: the sum of the tensors' weights times the entropy of a row of their codes in bits, as
-// if columns were independent.
+// CHUNKS blocks for each of three angles at a step size smaller by `ratio`, then at one as much
+// larger. Adds the number of rotations of each code to `table`, [6][PLACES].
 KERNEL(THREADS, 4)
-mgs_entropies(PARAM RateTensors in, int tensors, const int* table, float* bits) {
+mgs_count_angles(const float* quats, int64 count, PARAM LearnedStep step, float ratio, int* table) {
+  __shared__ int counts[PLACES];
+  int column = blockIdx.x % 6;
+  float size = column < 3 ? step_of(step) / ratio : step_of(step) * ratio;
+  for (int k = threadIdx.x; k < PLACES; k += THREADS) counts[k] = 0;
+  __syncthreads();
+  for (int64 i = (int64)(blockIdx.x / 6) * THREADS + threadIdx.x; i < count; i += CHUNKS * THREADS) {
+    float vector[3];
+    rotation_vector(quats + 4 * i, vector);
+    add_count(counts + angle_code(vector[column % 3], size) - LEAST, 1);
+  }
+  __syncthreads();
+  for (int k = threadIdx.x; k < PLACES; k += THREADS)
+    if (counts[k]) add_count(table + (int64)column * PLACES + k, counts[k]);
+}
+
+// One block: `weight` times the bits by which a rotation's angles differ between the step sizes.
+KERNEL(THREADS, 4)
+mgs_angle_bits(int64 count, float weight, const int* table, float* bits) {
   double sum[1] = {0};
-  for (const RateTensor* t = in.tensors; t < in.tensors + tensors; t++)
-    for (int k = threadIdx.x; k < t->columns * PLACES; k += THREADS) {
-      float part = (float)table[(int64)t->first * PLACES + k] / t->count;
-      if (part > 0) sum[0] -= t->weight * part * log2f(part);
-    }
+  for (int k = threadIdx.x; k < 6 * PLACES; k += THREADS)
+    sum[0] += (k < 3 * PLACES ? -1 : 1) * entropy_part(table[k], count);
   add_rows(1, sum);
-  if (threadIdx.x == 0) *bits = (float)sum[0];
+  if (threadIdx.x == 0) *bits = (float)(weight * sum[0]);
 }

@@ -1,57 +1,50 @@
-// Loops on the threads of torch's OpenMP runtime, whose functions binding.py passes. The library is
-// linked to no runtime: any compiler can build it, and a process has one pool of threads.
+// Loops on threads of the library's own, which wait for nobody that has not begun: beside other
+// programs a thread may come late or never, and the others do its part.
 #pragma once
 #include <stdint.h>
 
 #include <algorithm>
 #include <atomic>
 
-#if defined(_WIN32)  // __kmpc_fork_call, of LLVM's and Intel's runtimes
-typedef void Fork(const void* source, int32_t arguments, void (*)(int32_t*, int32_t*, void*), ...);
-#else  // GOMP_parallel, of GNU's and LLVM's
-typedef void Fork(void (*work)(void*), void* data, unsigned threads, unsigned flags);
-#endif
+// The number of threads of a loop, its caller among them; at least 1.
+int most_threads();
 
-// Null: one thread.
-inline Fork* omp_fork = nullptr;
-inline int (*omp_threads)() = nullptr;
-
-inline int most_threads() { return omp_threads ? std::max(1, omp_threads()) : 1; }
-
-template <class Work>
+// A loop whose threads take parts of [0, count), `size` each, until none is left.
 struct Loop {
-  const Work& work;
+  void (*take_parts)(Loop&);
   int64_t count, size;
-  std::atomic<int64_t> next;
-  // the only call of `work`, which compilers then inline
-  __attribute__((noinline)) static void run(void* data) {
-    Loop& loop = *(Loop*)data;
-    for (int64_t from; (from = loop.next.fetch_add(loop.size)) < loop.count;)
-      loop.work(from, std::min(loop.count, from + loop.size));
-  }
+  std::atomic<int64_t> next{0};
 };
 
-// Calls work(from, to) for parts of [0, count), `size` each. A thread takes the next part when it
-// has finished one.
+// Runs a loop on the calling thread and on those of the library that are free.
+void run_on_threads(Loop& loop);
+
+template <class Work>
+struct LoopOf : Loop {
+  const Work& work;
+  // the only call of `work`, which compilers then inline
+  __attribute__((noinline)) static void take(Loop& loop) {
+    const Work& work = static_cast<LoopOf&>(loop).work;
+    for (int64_t from; (from = loop.next.fetch_add(loop.size)) < loop.count;)
+      work(from, std::min(loop.count, from + loop.size));
+  }
+  LoopOf(int64_t count, int64_t size, const Work& work)
+      : Loop{LoopOf::take, count, size}, work(work) {}
+};
+
+// Calls work(from, to) for parts of [0, count), `size` each, in any order.
 template <class Work>
 void parallel_for(int64_t count, int64_t size, const Work& work) {
-  Loop<Work> loop{work, count, size, {0}};
-  if (count <= size || !omp_fork) return Loop<Work>::run(&loop);
-#if defined(_WIN32)
-  // ident_t of the runtime's kmp.h: a call by a compiler, from an unknown place
-  static const struct {
-    int32_t reserved, flags, more[2];
-    const char* place;
-  } source = {0, 2, {0, 0}, ";unknown;unknown;0;0;;"};
-  omp_fork(&source, 1, [](int32_t*, int32_t*, void* data) { Loop<Work>::run(data); }, &loop);
-#else
-  omp_fork(Loop<Work>::run, &loop, 0, 0);
-#endif
+  LoopOf<Work> loop(count, size, work);
+  if (count <= size)
+    LoopOf<Work>::take(loop);
+  else
+    run_on_threads(loop);
 }
 
-// The same with one part for each thread, all of the same size.
+// The same with some parts for each thread.
 template <class Work>
 void parallel_parts(int64_t count, const Work& work) {
-  int64_t threads = most_threads();
-  parallel_for(count, (count + threads - 1) / threads, work);
+  int64_t parts = most_threads() > 1 ? 4 * most_threads() : 1;
+  parallel_for(count, std::max<int64_t>(1, (count + parts - 1) / parts), work);
 }

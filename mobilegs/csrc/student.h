@@ -4,6 +4,7 @@
 #pragma once
 #include "core.h"
 #include "group.h"
+#include "terms.h"
 
 namespace {
 
@@ -12,8 +13,6 @@ enum Phase { EXPLICIT = 0, WITH_LATENTS = 1, QUANTIZED = 2 };
 constexpr int COLORS_MAX = 48, LATENTS_MAX = 32, LOBES_MAX = 32, HIDDEN_MAX = 64;
 // of Adam: 1 - beta1, beta2, 1 - beta2; 1 - 0.999f would be off by 1e-5
 constexpr float NEW1 = 0.1f, OLD2 = 0.999f, NEW2 = 0.001f, EPS = 1e-15f;
-constexpr int CODE_LIMIT = 2047;     // of uniform_quantizer.py
-constexpr float ANGLE_MIN = 1e-9f;   // of rotations.py
 constexpr float HALF_MAX = 65504, HALF_NORMAL = 6.103515625e-05f;
 enum { SCALE_STEP, ROTATION_STEP, COLOR_STEP, LOGIT_STEP, LATENT_STEP, STEPS };
 constexpr int TENSORS = 7, SHARED = 12;  // of a student, with a row per Gaussian and without
@@ -105,7 +104,7 @@ MGS_FN V nearest_half(V x) {
 MGS_FN float shared_value(const Shared& p, int number) {
   float value = p.tensor.values[number];
   if (p.bits) return nearest_half(p.bits < 11 ? round_bits(value, 24 - p.bits) : value);
-  return clamp(p.initial * expf(value), p.least, p.most);
+  return step_of({&value, p.initial, p.least, p.most});
 }
 
 MGS_FN int shared_place(const Shared& p, int number) {
@@ -155,11 +154,6 @@ MGS_CALL void load_means(const Student& s, const Members& members, Column* mean)
       vfloat stored = nearest_half((load(&mean[a][at]) - s.center[a]) / s.radius * per_unit);
       store(&mean[a][at], s.center[a] + s.radius * (stored * s.unit));
     }
-}
-
-MGS_FN float nearest_code(float multiple) {
-  multiple = clamp(multiple, -(float)CODE_LIMIT, (float)CODE_LIMIT);
-  return (multiple + 12582912.0f) - 12582912.0f;  // to the nearest integer, ties to even
 }
 
 // Decoded values of a group, and what their adjoints need again.

@@ -75,30 +75,45 @@ EXPORT void mgs_early_rate(int64_t count, int columns, const float* values, floa
   });
 }
 
+// Returns the bits of a rotation's angles with a step size larger by `ratio`, less those with one as
+// much smaller: log_step_gradient in representation/uniform_quantizer.py.
+EXPORT double mgs_angle_bits(int64_t count, const float* quats, float step, float ratio) {
+  std::vector<int16_t> codes((size_t)count * 6);
+  parallel_for(count, BLOCK, [&](int64 first, int64 end) {
+    for (int64 i = first; i < end; i++) {
+      float vector[3];
+      rotation_vector(quats + 4 * i, vector);
+      for (int k = 0; k < 6; k++)
+        codes[k * count + i] = angle_code(vector[k % 3], k < 3 ? step / ratio : step * ratio);
+    }
+  });
+  double bits[6] = {0};
+  parallel_for(6, 1, [&](int64 first, int64 end) {
+    for (int64 k = first; k < end; k++) {
+      std::vector<int> counts(2 * CODE_LIMIT + 1, 0);
+      for (int64 i = 0; i < count; i++) counts[codes[k * count + i] + CODE_LIMIT]++;
+      for (int each : counts) bits[k] += entropy_part(each, count);
+    }
+  });
+  return bits[3] + bits[4] + bits[5] - bits[0] - bits[1] - bits[2];
+}
+
 // Adds the gradients of the rate term of uniform codes to `gradients`, [count][columns], and returns
 // that of the logarithm of the step size: add_rate_gradients in train/student/quantization.py.
-// Codes lie in [-limit, limit]; `pseudo` is added to the count of every code of a column.
-EXPORT double mgs_rate(int64_t count, int columns, const float* values, const int32_t* codes,
-                       int limit, float step, float weight, float pseudo, float* gradients) {
-  struct Lengths {
-    int least;
-    std::vector<float> slopes;  // of a code's length up to the next one
-  };
-  std::vector<Lengths> lengths(columns);
+// `pseudo` is added to the count of every code of a column.
+EXPORT double mgs_rate(int64_t count, int columns, const float* values, float step, float weight,
+                       float pseudo, float* gradients) {
+  constexpr int LEAST = -CODE_LIMIT - 2, PLACES = 2 * CODE_LIMIT + 5;  // two more on each side
+  std::vector<std::vector<float>> slopes(columns);  // of a code's length up to the next one
   parallel_for(columns, 1, [&](int64 first, int64 end) {
+    std::vector<int> counts(PLACES);
     for (int64 c = first; c < end; c++) {
-      // the code of a value that is not a number may be any integer
-      auto code_of = [&](int64 i) { return std::clamp(codes[i * columns + c], -limit, limit); };
-      int low = limit, high = -limit;
+      std::fill(counts.begin(), counts.end(), 0);
       for (int64 i = 0; i < count; i++)
-        low = std::min(low, code_of(i)), high = std::max(high, code_of(i));
-      low -= 2, high += 2;
-      std::vector<int64> counts(high - low + 1, 0);
-      for (int64 i = 0; i < count; i++) counts[code_of(i) - low]++;
-      lengths[c].least = low;
-      for (size_t k = 0; k + 1 < counts.size(); k++)
-        lengths[c].slopes.push_back(
-            rate_gradient(counts[k], counts[k + 1], pseudo, weight, step));
+        counts[(int)nearest_code(values[i * columns + c] / step) - LEAST]++;
+      slopes[c].reserve(PLACES - 1);
+      for (int k = 0; k + 1 < PLACES; k++)
+        slopes[c].push_back(rate_gradient(counts[k], counts[k + 1], pseudo, weight, step));
     }
   });
   std::vector<double> means =
@@ -107,10 +122,8 @@ EXPORT double mgs_rate(int64_t count, int columns, const float* values, const in
     double sum = 0;
     for (int64 i = block * BLOCK; i < std::min(count, (block + 1) * BLOCK); i++)
       for (int c = 0; c < columns; c++) {
-        const Lengths& own = lengths[c];
         float x = values[i * columns + c];
-        int at = place_below(x, step, own.least, (int)own.slopes.size() - 1);
-        float gradient = own.slopes[at];
+        float gradient = slopes[c][place_below(x, step, LEAST, PLACES - 2)];
         gradients[i * columns + c] += gradient;
         // a larger step size moves codes together, as if values moved towards their mean
         sum += gradient * (x - (float)(means[c] / count));

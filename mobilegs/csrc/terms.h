@@ -3,6 +3,25 @@
 #pragma once
 #include "core.h"
 
+constexpr int CODE_LIMIT = 2047;    // of uniform_quantizer.py
+constexpr float ANGLE_MIN = 1e-9f;  // of rotations.py
+
+// A learned step size: initial * e^log_offset, within least and most.
+struct LearnedStep {
+  const float* log_offset;
+  float initial, least, most;
+};
+
+MGS_FN float step_of(const LearnedStep& s) {
+  return clamp(s.initial * expf(*s.log_offset), s.least, s.most);
+}
+
+// The code of a value that is so many step sizes.
+MGS_FN float nearest_code(float multiple) {
+  multiple = clamp(multiple, -(float)CODE_LIMIT, (float)CODE_LIMIT);
+  return (multiple + 12582912.0f) - 12582912.0f;  // to the nearest integer, ties to even
+}
+
 // The area of an ellipse as a share of the image, and its gradient by the log-scales: overdraw in
 // train/student/overdraw.py.
 MGS_FN float area_of(const View& v, const float* mean, const float* q, const float* log_scale,
@@ -77,6 +96,28 @@ MGS_FN float early_rate_gradient(float x, float squared_scale, float weight) {
 // each. `pseudo` is added to both counts.
 MGS_FN float rate_gradient(float count, float next, float pseudo, float weight, float step) {
   return weight / step * log2f((count + pseudo) / (next + pseudo));
+}
+
+// The axis of a rotation times its angle, in radians: rotation_vectors in representation/rotations.py.
+MGS_FN void rotation_vector(const float* q, float* vector) {
+  float sign = q[0] < 0 ? -1.0f : 1.0f;
+  float length = sqrtf(q[0] * q[0] + q[1] * q[1] + q[2] * q[2] + q[3] * q[3]);
+  float share = sign / max_of(length, 1e-12f);
+  for (int a = 0; a < 3; a++) vector[a] = q[a + 1] * share;
+  float sine = sqrtf(vector[0] * vector[0] + vector[1] * vector[1] + vector[2] * vector[2]);
+  float angle = 2 * atan2f(sine, q[0] * share);
+  for (int a = 0; a < 3; a++) vector[a] *= angle / max_of(sine, ANGLE_MIN);
+}
+
+// The code of an angle without refinement bits, within +-CODE_LIMIT.
+MGS_FN int angle_code(float angle, float step) {
+  return (int)clamp(floorf(angle / step + 0.5f), (float)-CODE_LIMIT, (float)CODE_LIMIT);
+}
+
+// The part of an entropy in bits that `count` of all values with one code have.
+MGS_FN double entropy_part(int64 count, int64 all) {
+  double share = (double)count / all;
+  return count ? -share * log2(share) : 0.0;
 }
 
 // The place of the last code up to a value among those from `least` on, at most `last`.

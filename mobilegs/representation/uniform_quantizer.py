@@ -101,14 +101,10 @@ class StepSizeQuantizer(nn.Module):
 
         Each doubling of the step size takes about one bit per column.
         """
-        fine, coarse = (entropy(codes) for codes in self.finer_and_coarser(values))
-        return (coarse - fine) / (2 * math.log(STEP_RATIO))
-
-    @torch.no_grad()
-    def finer_and_coarser(self, values: Tensor) -> list[Int[Tensor, "n s"]]:
-        """Return the codes of `values` with step sizes smaller and larger by `STEP_RATIO`."""
         step = self.step_size
-        return [self.nearest(values, step * f) for f in (1 / STEP_RATIO, STEP_RATIO)]
+        codes = (self.nearest(values, step * f) for f in (1 / STEP_RATIO, STEP_RATIO))
+        fine, coarse = (entropy(each) for each in codes)
+        return (coarse - fine) / (2 * math.log(STEP_RATIO))
 
 
 class UniformQuantizer(StepSizeQuantizer):

@@ -25,7 +25,7 @@ from mobilegs.train.recipes import Recipe, with_length
 from mobilegs.train.stage import view_order
 from mobilegs.train.teacher.silhouettes import shown_share
 from mobilegs.train.teacher.trainer import Teacher, TeacherConfig
-from mobilegs.train.threads import FairThreads
+from mobilegs.train.threads import torch_on_one_thread
 
 TEACHER_SHARE = {"cpu": 0.45, "cuda": 0.35}  # of the time
 # Fractions of a stage's steps or of its time, whichever comes first, after which the number of
@@ -238,11 +238,10 @@ def make_plan(
         team: the processes that train.
     """
     device = team.device.type
-    with FairThreads() as threads:
-        dataset = load(downscale)
-        threads.adapt()
-        with ProgressLines("timing a few steps", line_stream() if team.is_main else None):
-            speed = measured_speed(recipe.teacher, dataset, team)
+    dataset = load(downscale)
+    lines = ProgressLines("timing a few steps", line_stream() if team.is_main else None)
+    with lines, torch_on_one_thread():  # as a teacher trains
+        speed = measured_speed(recipe.teacher, dataset, team)
     seconds = 60 * minutes - (time.monotonic() - started)
     [[seconds], *_] = team.all_gather_ints(round(seconds))
     free = math.inf if device == "cuda" else MEMORY_SHARE * free_memory() / team.on_this_machine

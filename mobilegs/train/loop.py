@@ -16,7 +16,7 @@ from mobilegs.train.monitor import Monitor
 from mobilegs.train.run_dir import Checkpoint, RunDir, StopRequest, stop_between_steps
 from mobilegs.train.stage import Stage, view_order
 from mobilegs.train.state_file import STATE_ERRORS, UNUSABLE, digest
-from mobilegs.train.threads import FairThreads
+from mobilegs.train.threads import torch_on_one_thread
 
 PREVIEWS = 8  # per stage
 PREFETCH = 8  # views that are decoded ahead, per process
@@ -74,12 +74,10 @@ def train_stage(
     lines = monitor.begin(stage)
     preview_every = max(1, stage.steps // PREVIEWS)
     saved_at = time.monotonic()
-    with lines, stop_between_steps() as stop, FairThreads() as threads:
+    with lines, stop_between_steps() as stop, torch_on_one_thread(wanted=stage.runs_kernels):
         while stage.done < stage.steps:
             result = stage.advance(next_views(stage, loader, team, order_seed))
             monitor.after_step(stage, result)
-            if stage.any_threads:
-                threads.adapt()
             if result.spread is not None:
                 monitor.exposures(stage, result.spread)
             if pace is not None:

@@ -54,8 +54,8 @@ class Stage(Protocol):
         ...
 
     @property
-    def any_threads(self) -> bool:
-        """True if results do not depend on the number of threads."""
+    def runs_kernels(self) -> bool:
+        """True if kernels of the library do the work of a step, so that torch needs no threads."""
         ...
 
     @property

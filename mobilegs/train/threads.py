@@ -1,78 +1,45 @@
-"""Threads that leave room for other programs: a training's step waits for its slowest thread."""
+"""Threads of a training: those of the kernels, which do not wait for each other, and torch's."""
 
-import time
 from collections.abc import Iterator
 from contextlib import contextmanager
 
-import psutil
 import torch
 
-ADAPT_SECONDS = 1.0  # between two choices of the number
-FREE_TIMES = ("idle", "iowait", "steal")  # of a core that no other program uses
+from mobilegs.csrc import binding
 
-_open: list["FairThreads"] = []
+_kernel_threads: list[int] = []  # of the open `torch_on_one_thread`
 
 
 @contextmanager
-def first_threads() -> Iterator[None]:
-    """Use as many threads as before `FairThreads`, for results that depend on their number.
+def torch_on_one_thread(*, wanted: bool = True) -> Iterator[None]:
+    """While it is open, torch uses one thread, and the kernels as many as torch did before.
 
-    Such are matrix products: each thread adds a part of the terms.
+    The threads of torch divide an operation evenly and wait for the slowest one: beside other
+    programs a step takes a multiple of its time. Those of the kernels take small parts, and wait
+    for none that has not begun (csrc/parallel.h). With `wanted=False` nothing changes.
     """
+    library = binding.decoders()
+    if not wanted or library is None or _kernel_threads:
+        yield
+        return
     number = torch.get_num_threads()
-    torch.set_num_threads(_open[0].most if _open else number)
+    _kernel_threads.append(number)
+    library.mgs_use_threads(number)
+    torch.set_num_threads(1)
     try:
         yield
     finally:
         torch.set_num_threads(number)
+        library.mgs_use_threads(0)
+        _kernel_threads.clear()
 
 
-class FairThreads:
-    """While it is open, torch uses as many threads as cores that other programs leave.
-
-    A step's operations share their work evenly among the threads and wait for all of them. If a
-    thread has to share its core, the others wait, too: one busy program beside two threads makes a
-    training three times slower, beside one thread 1.7 times (docs/explanation/reliability.md).
-
-    Example:
-
-        with FairThreads() as threads:
-            for _ in range(steps):
-                stage.advance(views)
-                threads.adapt()
-    """
-
-    def __enter__(self) -> "FairThreads":
-        """Begin with the present number of threads, which is also the most."""
-        self.most = torch.get_num_threads()
-        _open.append(self)
-        self.process = psutil.Process()
-        self.at, self.before = time.monotonic(), self._core_seconds()
-        return self
-
-    def __exit__(self, *exception: object) -> None:
-        """Go back to the first number of threads."""
-        _open.remove(self)
-        torch.set_num_threads(self.most)
-
-    def adapt(self) -> None:
-        """Choose the number of threads anew, if a second has passed since the last time."""
-        passed = time.monotonic() - self.at
-        if passed < ADAPT_SECONDS:
-            return
-        now = self._core_seconds()
-        cores = (now - self.before) / passed
-        self.at, self.before = self.at + passed, now
-        threads = min(max(1, round(cores)), self.most)
-        if threads != torch.get_num_threads():
-            torch.set_num_threads(threads)
-
-    def _core_seconds(self) -> float:
-        """Return the seconds of this process's cores that it used or that were free, until now."""
-        cores = psutil.cpu_times(percpu=True)
-        if hasattr(self.process, "cpu_affinity"):  # Linux and Windows
-            usable = self.process.cpu_affinity()
-            cores = [cores[index] for index in usable if index < len(cores)]
-        free = sum(getattr(core, name, 0.0) for core in cores for name in FREE_TIMES)
-        own = self.process.cpu_times()
-        return free + own.user + own.system
+@contextmanager
+def all_threads() -> Iterator[None]:
+    """Use all threads of torch again within `torch_on_one_thread`: for long work between steps."""
+    number = torch.get_num_threads()
+    torch.set_num_threads(_kernel_threads[0] if _kernel_threads else number)
+    try:
+        yield
+    finally:
+        torch.set_num_threads(number)

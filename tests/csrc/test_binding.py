@@ -504,7 +504,7 @@ def test_a_library_of_another_version_is_refused(
 
 @pytest.mark.skipif(sys.platform != "linux", reason="needs Linux")
 def test_the_threads_are_those_of_torch() -> None:
-    _, threads = binding.openmp_functions()
+    threads = binding.openmp_threads()
     before = torch.get_num_threads()
     try:
         for number in (1, 3):

@@ -15,6 +15,7 @@ from mobilegs.render.inputs import RenderSettings
 from mobilegs.render.kernels import cpu, cuda
 from mobilegs.render.kernels.kernel_view import kernel_view
 from mobilegs.render.kernels.list_lengths import ROOM_MAX, ListLengths, room_for
+from mobilegs.representation.rotations import RotationQuantizer
 from mobilegs.representation.uniform_quantizer import UniformQuantizer
 from mobilegs.train.student import cuda_terms
 from tests.support.contributions import compare_case, kernel_inputs
@@ -172,7 +173,8 @@ def run_terms():
     cuda_terms.overdraw(struct, means, quats, scales, lobes, alpha_min=0.1, level_sigma=0.0)
     cuda_terms.add_early_rate_gradients([values], [1.0], share=1.0, least=1.0)
     cuda_terms.add_rate_gradients([codes], [values], 1.0)
-    cuda_terms.log_step_gradient(codes, values, 1.0)
+    angles = RotationQuantizer.fit(quats, scales=codes, step_size=0.1)
+    cuda_terms.log_step_gradient(angles, quats, 1.0)
 
 
 def test_every_kernel_is_executed(kernels):

@@ -23,7 +23,7 @@ class Counted:
     phase: str = "densify"
     steps: int = 30_000
     views_per_step: int = 1
-    any_threads: bool = True
+    runs_kernels: bool = True
     exposures: None = None
     done: int = 0
     count: int = 213_148

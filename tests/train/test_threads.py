@@ -1,23 +1,19 @@
-"""Numbers of threads: what other programs leave, and results that do not depend on them."""
+"""Numbers of threads: those of torch and of the kernels, and results that depend on neither."""
 
-import time
 from collections.abc import Iterator
 from dataclasses import replace
-from types import SimpleNamespace
 
-import psutil
 import pytest
 import torch
 
 from mobilegs.data.dataset import Dataset
 from mobilegs.render.scene import Scene
-from mobilegs.train import threads
 from mobilegs.train.recipes import short_recipe
 from mobilegs.train.stage import Stage
 from mobilegs.train.state_file import digest
 from mobilegs.train.student.trainer import Student
 from mobilegs.train.teacher.trainer import Teacher
-from mobilegs.train.threads import FairThreads
+from mobilegs.train.threads import all_threads, torch_on_one_thread
 from tests.support.selection import few
 from tests.support.tiny import CPU, STUDENT, changed, train
 
@@ -33,75 +29,16 @@ def four_threads() -> Iterator[None]:
     torch.set_num_threads(before)
 
 
-class Machine:
-    """Four cores, on which this process and others have used times."""
-
-    def __init__(self, monkeypatch: pytest.MonkeyPatch) -> None:
-        self.now, self.own, self.others, self.steal = 100.0, 0.0, 0.0, 0.0
-        monkeypatch.setattr(threads.time, "monotonic", lambda: self.now)
-        monkeypatch.setattr(threads.psutil, "cpu_times", self.cpu_times)
-        process = SimpleNamespace(
-            cpu_times=lambda: SimpleNamespace(user=self.own, system=0.0),
-            cpu_affinity=lambda: list(range(CORES)),
-        )
-        monkeypatch.setattr(threads.psutil, "Process", lambda: process)
-
-    def cpu_times(self, percpu: bool) -> list[SimpleNamespace]:
-        assert percpu
-        idle = CORES * self.now - self.own - self.others - self.steal
-        each = {"idle": idle / CORES, "iowait": 0.0, "steal": self.steal / CORES}
-        elsewhere = SimpleNamespace(idle=self.now)  # a core that this process may not use
-        return [SimpleNamespace(**each) for _ in range(CORES)] + [elsewhere]
-
-    def run(self, seconds: float, *, own: float, others: float, steal: float = 0.0) -> None:
-        """Let time pass, with numbers of cores in use."""
-        self.now += seconds
-        self.own += own * seconds
-        self.others += others * seconds
-        self.steal += steal * seconds
-
-
-@pytest.mark.parametrize(
-    ("own", "others", "steal", "expected"),
-    [
-        (0.5, 0.0, 0.0, 4),  # idle cores are free
-        (3.6, 0.4, 0.0, 4),
-        (0.3, 3.7, 0.0, 1),
-        (3.0, 0.0, 1.0, 4),  # fewer threads would not help against other virtual machines
-    ],
-)
-def test_threads_are_the_cores_that_others_leave(own, others, steal, expected, monkeypatch) -> None:
-    machine = Machine(monkeypatch)
-    with FairThreads() as fair:
-        machine.run(2.0, own=own, others=others, steal=steal)
-        fair.adapt()
-        assert torch.get_num_threads() == expected
-
-
-def test_threads_follow_what_others_do_and_end_as_they_began(monkeypatch) -> None:
-    machine = Machine(monkeypatch)
-    with FairThreads() as fair:
-        for others, expected in ((0.0, 4), (2.0, 2), (3.0, 1), (0.0, 4), (1.0, 3)):
-            machine.run(1.5, own=4.0 - others, others=others)
-            fair.adapt()
-            assert torch.get_num_threads() == expected
-        machine.run(0.9, own=1.0, others=3.0)
-        fair.adapt()
-        assert torch.get_num_threads() == 3  # it is too early
-        machine.run(0.2, own=1.0, others=3.0)
-        fair.adapt()
-        assert torch.get_num_threads() == 1
-    assert torch.get_num_threads() == CORES
-
-
-def test_times_of_this_machine_are_read() -> None:
-    with FairThreads() as fair:
-        before, started = fair._core_seconds(), time.monotonic()
-        while time.monotonic() < started + 0.5:
-            pass
-        passed = time.monotonic() - started
-        cores = psutil.cpu_count() or 1
-        assert 0.05 < fair._core_seconds() - before < (cores + 0.5) * passed + 0.5
+def test_kernels_keep_the_threads_that_torch_gives_up() -> None:
+    found = []
+    with torch_on_one_thread():
+        found.append(torch.get_num_threads())
+        with torch_on_one_thread(), all_threads():  # of a stage's timing, in a plan
+            found.append(torch.get_num_threads())
+        found.append(torch.get_num_threads())
+    with torch_on_one_thread(wanted=False), all_threads():
+        found.append(torch.get_num_threads())
+    assert [*found, torch.get_num_threads()] == [1, CORES, 1, CORES, CORES]
 
 
 @pytest.fixture(scope="module")
@@ -153,10 +90,10 @@ def test_a_student_is_the_same_whatever_the_threads_of_its_steps(many_points) ->
 
 def run(stage: Stage, dataset: Dataset, numbers: tuple[int, ...]) -> None:
     """Take all steps, with the numbers of threads in turn."""
-    assert stage.any_threads
-    with FairThreads():
-        for step in range(stage.steps):
-            torch.set_num_threads(numbers[step % len(numbers)])
+    assert stage.runs_kernels
+    for step in range(stage.steps):
+        torch.set_num_threads(numbers[step % len(numbers)])
+        with torch_on_one_thread():
             train(stage, dataset, step + 1)
 
 
@@ -168,7 +105,7 @@ def run(stage: Stage, dataset: Dataset, numbers: tuple[int, ...]) -> None:
         {"view_dependence": {"kind": "network"}},
     ],
 )
-def test_networks_and_codebooks_keep_their_threads(changes, make_student) -> None:
+def test_students_of_other_kinds_keep_the_threads_of_torch(changes, make_student) -> None:
     plain = changed(STUDENT, quantization={"method": "sq"})
-    assert make_student(plain).any_threads
-    assert not make_student(changed(plain, **changes)).any_threads
+    assert make_student(plain).runs_kernels
+    assert not make_student(changed(plain, **changes)).runs_kernels

@@ -14,9 +14,9 @@ from jaxtyping import Float
 from torch import Tensor
 
 from mobilegs.csrc.binding import address
-from mobilegs.errors import InputError
 from mobilegs.render.kernels import cuda
 from mobilegs.render.kernels.kernel_view import KernelView
+from mobilegs.representation.rotations import RotationQuantizer
 from mobilegs.representation.uniform_quantizer import (
     CODE_LIMIT,
     PSEUDO_COUNT,
@@ -29,13 +29,30 @@ from mobilegs.representation.uniform_quantizer import (
 TENSORS_MAX = 6
 PARTS, CHUNKS = 128, 32  # blocks of a tensor, and of a column whose codes are counted
 PLACES = 2 * CODE_LIMIT + 5
+ANGLES = 3
+
+
+class _LearnedStep(ctypes.Structure):
+    """Mirrors `LearnedStep` in csrc/terms.h field by field."""
+
+    _fields_ = [
+        ("log_offset", ctypes.c_void_p),
+        *((name, ctypes.c_float) for name in ("initial", "least", "most")),
+    ]
+
+    @classmethod
+    def of(cls, quantizer: StepSizeQuantizer) -> "_LearnedStep":
+        """Return the step size of a quantiser."""
+        log_offset, initial = quantizer.log_step_offset.data_ptr(), quantizer.initial_step_size
+        return cls(log_offset, initial, *quantizer.step_size_range)
 
 
 class _RateTensor(ctypes.Structure):
     """Mirrors `RateTensor` in csrc/cuda_terms.h field by field."""
 
     _fields_ = [
-        *((name, ctypes.c_void_p) for name in ("values", "before", "gradients", "codes", "step")),
+        *((name, ctypes.c_void_p) for name in ("values", "before", "gradients")),
+        ("step", _LearnedStep),
         ("count", ctypes.c_int64),
         ("weight", ctypes.c_float),
         *((name, ctypes.c_int) for name in ("columns", "first")),
@@ -120,12 +137,12 @@ def add_rate_gradients(
     """Add the gradients of the rate term to `tensors`; return those of the log step sizes."""
     structs, columns = _structs(tensors, [bit_weight / len(values) for values in tensors])
     _add_gradients(structs, tensors)
-    step_sizes = [quantizer.step_size for quantizer in quantizers]
-    for struct, step_size in zip(structs, step_sizes, strict=False):
-        struct.step = step_size.data_ptr()
-    counts = _counts(structs, columns, [quantizer.indices for quantizer in quantizers])
-    parts = counts.new_empty(columns * PARTS, 3, dtype=torch.float64)
-    found = counts.new_empty(len(tensors), dtype=torch.float32)
+    for struct, quantizer in zip(structs, quantizers, strict=False):
+        struct.step = _LearnedStep.of(quantizer)
+    counts = tensors[0].new_zeros(columns, PLACES, dtype=torch.int32)
+    _launch("mgs_count_codes", CHUNKS * columns, structs, ctypes.c_int(columns), counts)
+    parts = tensors[0].new_empty(columns * PARTS, 3, dtype=torch.float64)
+    found = tensors[0].new_empty(len(tensors))
     pseudo = ctypes.c_float(PSEUDO_COUNT)
     _launch("mgs_rate", PARTS * len(tensors), structs, counts, pseudo, parts)
     _launch("mgs_rate_total", len(tensors), structs, parts, found)
@@ -133,26 +150,16 @@ def add_rate_gradients(
 
 
 def log_step_gradient(
-    quantizer: StepSizeQuantizer, values: Tensor, bit_weight: float
+    quantizer: RotationQuantizer, values: Float[Tensor, "n 4"], bit_weight: float
 ) -> Float[Tensor, ""]:
     """Return `bit_weight * quantizer.log_step_gradient(values)`."""
-    weight, codes = bit_weight / (2 * math.log(STEP_RATIO)), quantizer.finer_and_coarser(values)
-    structs, columns = _structs(codes, (-weight, weight))
-    counts, found = _counts(structs, columns, codes), values.new_empty(())
-    _launch("mgs_entropies", 1, structs, ctypes.c_int(len(codes)), counts, found)
+    counts = values.new_zeros(2 * ANGLES, PLACES, dtype=torch.int32)
+    count, step = ctypes.c_int64(len(values)), _LearnedStep.of(quantizer)
+    ratio = ctypes.c_float(STEP_RATIO)
+    _launch("mgs_count_angles", 2 * ANGLES * CHUNKS, values, count, step, ratio, counts)
+    weight, found = bit_weight / (2 * math.log(STEP_RATIO)), values.new_empty(())
+    _launch("mgs_angle_bits", 1, count, ctypes.c_float(weight), counts, found)
     return found
-
-
-def _counts(structs: ctypes.Array, columns: int, codes: Sequence[Tensor]) -> Tensor:
-    """Return how many rows have each code, by column."""
-    codes = [each.contiguous() for each in codes]
-    for struct, each in zip(structs, codes, strict=False):
-        if (struct.count, struct.columns) != each.shape or each.dtype != torch.int32:
-            raise InputError(f"codes have shape {list(each.shape)} and type {each.dtype}")
-        struct.codes = each.data_ptr()
-    counts = codes[0].new_zeros(columns, PLACES)
-    _launch("mgs_count_codes", CHUNKS * columns, structs, ctypes.c_int(columns), counts)
-    return counts
 
 
 def _add_gradients(structs: ctypes.Array, tensors: Sequence[Tensor]) -> None:

@@ -277,7 +277,7 @@ class StudentModel:
     @torch.no_grad()
     def add_rate_gradients(self, bit_weight: float) -> None:
         """Add the gradients of the rate term; `bit_weight` is the weight of a bit per Gaussian."""
-        quantization.add_rate_gradients(self.quantizers, self.rows.tensors, bit_weight)
+        quantization.add_rate_gradients(self._quantizers, self.rows.tensors, bit_weight)
         quantization.add_early_rate_gradients(self.rows.tensors, bit_weight)
 
     def reassign(self, *, codebooks: bool) -> None:

@@ -28,8 +28,8 @@ from mobilegs.representation.codebooks import (
 from mobilegs.representation.lobes import LobeDecoder
 from mobilegs.representation.rotations import RotationQuantizer
 from mobilegs.representation.uniform_quantizer import (
-    CODE_LIMIT,
     PSEUDO_COUNT,
+    STEP_RATIO,
     WEIGHT_SIGNIFICAND_BITS,
     StepSizes,
     UniformQuantizer,
@@ -123,8 +123,9 @@ def add_rate_gradients(
 ) -> None:
     """Add the gradients of the rate term to the values in `tensors` and to the log step sizes.
 
-    The rate term is `bit_weight` times the bits per Gaussian. Codebooks have none. For rotations
-    only the step size has a gradient, and scales have none for the refinement bits of rotations.
+    The rate term is `bit_weight` times the bits per Gaussian, with the codes nearest to the values.
+    Codebooks have none. For rotations only the step size has a gradient, and scales have none for
+    the refinement bits of rotations.
     """
     uniform = {name: of for name, of in quantizers.items() if isinstance(of, UniformQuantizer)}
     values = [tensors[name] for name in uniform]
@@ -142,7 +143,7 @@ def add_rate_gradients(
         if cuda_terms.supports(tensors[name]):
             gradient = cuda_terms.log_step_gradient(quantizer, tensors[name], bit_weight)
         else:
-            bits = quantizer.log_step_gradient(tensors[name])
+            bits = _log_step_gradient(quantizer, tensors[name])
             gradient = torch.full_like(log_step, bit_weight * bits)
         _add_to(log_step, gradient)
 
@@ -156,6 +157,7 @@ def _add_rate_gradients(quantizer: UniformQuantizer, values: Tensor, bit_weight:
     if binding.supports(values) and values.is_contiguous():
         slope = _run_rate(quantizer, values, bit_weight)
         return torch.full_like(quantizer.log_step_offset, slope)
+    quantizer.reassign(values)
     grad = quantizer.bits_gradient(values) * (bit_weight / len(values))
     _add_to(values, grad)
     # a larger step size moves codes together, as if values moved towards their mean
@@ -167,17 +169,27 @@ def _run_rate(quantizer: UniformQuantizer, values: Tensor, bit_weight: float) ->
     if values.grad is None:
         values.grad = torch.zeros_like(values)
     values.grad = values.grad.contiguous()
-    codes, run = quantizer.indices.contiguous(), binding.library().mgs_rate
-    binding.validate(codes, *values.shape, dtype=torch.int32)
     binding.validate(values.grad, *values.shape)
+    run = binding.library().mgs_rate
     run.restype = ctypes.c_double
     return run(
         ctypes.c_int64(len(values)),
-        codes.shape[1],
-        *(address(values), address(codes), CODE_LIMIT),
+        math.prod(values.shape[1:]),
+        address(values),
         *(ctypes.c_float(float(quantizer.step_size)), ctypes.c_float(bit_weight / len(values))),
         *(ctypes.c_float(PSEUDO_COUNT), address(values.grad)),
     )
+
+
+def _log_step_gradient(quantizer: RotationQuantizer, values: Float[Tensor, "n 4"]) -> float:
+    """Return `quantizer.log_step_gradient(values)`."""
+    if not (binding.supports(values) and values.is_contiguous()):
+        return quantizer.log_step_gradient(values)
+    run = binding.library().mgs_angle_bits
+    run.restype = ctypes.c_double
+    numbers = ctypes.c_float(float(quantizer.step_size)), ctypes.c_float(STEP_RATIO)
+    bits = run(ctypes.c_int64(len(values)), address(values), *numbers)
+    return bits / (2 * math.log(STEP_RATIO))
 
 
 @torch.no_grad()

@@ -34,7 +34,7 @@ from mobilegs.train.student.position_grid import choose_grid
 from mobilegs.train.student.program import ProgramDecode, opacities_and_scales, runs_program
 from mobilegs.train.student.shared_decode import SharedDecode
 from mobilegs.train.student.vote_pruning import VoteCounter, vote
-from mobilegs.train.threads import first_threads
+from mobilegs.train.threads import all_threads
 from mobilegs.train.times import Times
 from mobilegs.viewpoints.virtual_views import (
     DIVISOR,
@@ -156,11 +156,9 @@ class Student:
         return vote(opacities, scales, self.config.pruning.quantile)
 
     @property
-    def any_threads(self) -> bool:
-        """True without networks and codebooks, whose matrix products depend on the threads."""
-        config = self.config
-        plain = config.color.decoder == "linear" and config.quantization.method == "sq"
-        return plain and config.view_dependence.kind != "network"
+    def runs_kernels(self) -> bool:
+        """True for the default student, which is one program of kernels."""
+        return runs_program(self.model)
 
     @property
     def phase(self) -> Phase:
@@ -290,7 +288,7 @@ class Student:
     def _enter(self, phase: Phase) -> None:
         """Bring the model into `phase`, through the phases before it."""
         if phase != self.model.phase:
-            with first_threads():
+            with all_threads():
                 self._begin(phase)
 
     def _begin(self, phase: Phase) -> None:

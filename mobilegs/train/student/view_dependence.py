@@ -12,7 +12,6 @@ from mobilegs.render.lobes import constant_lobes
 from mobilegs.representation.codebooks import Cut
 from mobilegs.representation.lobes import LATENTS_MAX, LobeDecoder, LobeShape
 from mobilegs.spherical_harmonics import C0
-from mobilegs.train.threads import first_threads
 from mobilegs.validation import DEGREE, Range, check, check_choice
 
 ViewKind = Literal["constant", "network", "latent"]
@@ -81,11 +80,10 @@ def constant_decoder(
 
     With latents of 0 it gives the opacities of `logits`, and phi = 1. Its basis is random.
     """
-    with first_threads():  # a mean rounds as the threads divide it
-        lobes = constant_lobes(logits)
-        decoder = LobeDecoder(shape, generator).to(logits.device)
-        # the mean of equal numbers, and a product with 1 / C0 and C0, so that runs of before have
-        # the same bits
-        rows = pad(lobes, (0, 0, 0, shape.outputs // 2 - 1)).flatten(1)
-        decoder.bias[1:].copy_(rows.mean(0)[1:])
-        return decoder, C0 * lobes[:, 0, 0]
+    lobes = constant_lobes(logits)
+    decoder = LobeDecoder(shape, generator).to(logits.device)
+    # the mean of equal numbers, and a product with 1 / C0 and C0, so that runs of before have
+    # the same bits
+    rows = pad(lobes, (0, 0, 0, shape.outputs // 2 - 1)).flatten(1)
+    decoder.bias[1:].copy_(rows.mean(0)[1:])
+    return decoder, C0 * lobes[:, 0, 0]

@@ -224,8 +224,8 @@ class Teacher:
         self.adam = NamedAdam({**tensors, "sh0": sh[:, :1], "sh_rest": rest}, self._lrs())
 
     @property
-    def any_threads(self) -> bool:
-        """True: no operation of a step depends on the number of threads."""
+    def runs_kernels(self) -> bool:
+        """True: renderers, losses and Adam of a teacher are kernels."""
         return True
 
     @property

@@ -158,7 +158,7 @@ const std::map<std::string, std::function<void(void**)>> kernels = {
     ENTRY(mgs_count_codes),
     ENTRY(mgs_rate),
     ENTRY(mgs_rate_total),
-    ENTRY(mgs_entropies),
+    ENTRY(mgs_count_angles), ENTRY(mgs_angle_bits),
 };
 
 }  // namespace

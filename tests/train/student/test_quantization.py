@@ -9,6 +9,7 @@ import torch
 
 from mobilegs.csrc import binding
 from mobilegs.data.dataset import Dataset
+from mobilegs.representation.rotations import RotationQuantizer
 from mobilegs.representation.uniform_quantizer import UniformQuantizer
 from mobilegs.train.student.quantization import (
     RATE_SCALE,
@@ -79,7 +80,8 @@ def test_the_kernel_of_the_rate_agrees_with_the_reference(
     rows: int, generator: torch.Generator, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     start = torch.randn(rows, 3, generator=generator) * torch.tensor([0.1, 5.0, 300.0])
-    codes = UniformQuantizer.fit(start + 0.3, step_size=0.7)
+    codes = UniformQuantizer.fit(start, step_size=0.7)
+    codes.log_step_offset.data.fill_(0.1)
     assert binding.supports(start)
     found = []
     for by_kernel in (True, False):
@@ -91,6 +93,25 @@ def test_the_kernel_of_the_rate_agrees_with_the_reference(
         found.append((values.grad, codes.log_step_offset.grad))
     for kernel, reference in zip(*found, strict=True):
         torch.testing.assert_close(kernel, reference, rtol=1e-5, atol=1e-6)
+
+
+@pytest.mark.parametrize("rows", [1, 700])
+def test_the_kernel_of_angles_agrees_with_the_reference(
+    rows: int, generator: torch.Generator, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    quats = torch.randn(rows, 4, generator=generator)
+    quats[:3] = torch.eye(4)[:rows][:3]  # no rotation, and half turns
+    scales = UniformQuantizer.fit(torch.randn(rows, 3, generator=generator), step_size=0.7)
+    codes = RotationQuantizer.fit(quats, scales=scales, step_size=0.2)
+    found = []
+    for by_kernel in (True, False):
+        if not by_kernel:
+            monkeypatch.setattr(binding, "supports", lambda *tensors: False)
+        codes.log_step_offset.grad = None
+        add_rate_gradients({"rotation": codes}, {"rotation": quats}, 2.5)
+        found.append(codes.log_step_offset.grad)
+    torch.testing.assert_close(found[0], found[1], rtol=1e-4, atol=1e-6)
+    assert (found[1] != 0) == (rows > 1)
 
 
 def test_the_rate_of_values_that_are_not_numbers_ends(generator: torch.Generator) -> None:
