@@ -1,4 +1,4 @@
-"""Write the figures of README.md, benchmarks.md and compression.md from bench/results.
+"""Write the figures of README.md and of pages in docs/explanation from bench/results.
 
     python -m bench.readme
 
@@ -94,6 +94,15 @@ def step_rows(rows: dict[str, Any]) -> Rows:
             *(number(row[key], 0) for key in ("operations", "native", "megabytes")),
         ]
         for name, row in rows.items()
+    ]
+
+
+def neighbor_rows(rows: dict[str, Any]) -> Rows:
+    """Return the shares of a fair speed that steps beside busy programs have."""
+    return [
+        [name.replace(" ", " | "), *(number(row[f"beside_{count}"], 2) for count in (6, 8))]
+        for name, row in rows.items()
+        if "beside_6" in row
     ]
 
 
@@ -336,6 +345,12 @@ def blocks(results: dict[str, Any]) -> dict[str, str]:
             step_rows,
             "part | size | Gaussians | ms | of the reference's | operations | native calls | MB",
         ),
+        "neighbors": block(
+            "steps",
+            "steps --beside 6 8",
+            neighbor_rows,
+            "part | size | beside 6 programs | beside 8",
+        ),
         "viewer": block(
             "viewer",
             "viewers.compare",
@@ -368,10 +383,11 @@ def blocks(results: dict[str, Any]) -> dict[str, str]:
 def main() -> None:
     results = {path.stem: json.loads(path.read_text()) for path in RESULTS.glob("*.json")}
     readme, page = ROOT / "README.md", DOCS.read_text()
-    formats = DOCS.with_name("compression.md")
     readme.write_text(filled(readme.read_text(), "comparison", comparison(results)))
     tables = blocks(results)
-    formats.write_text(filled(formats.read_text(), "formats", tables.pop("formats")))
+    for name, other in (("formats", "compression.md"), ("neighbors", "reliability.md")):
+        place = DOCS.with_name(other)
+        place.write_text(filled(place.read_text(), name, tables.pop(name)))
     for name, text in tables.items():
         page = filled(page, name, text)
     DOCS.write_text(page)
