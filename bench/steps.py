@@ -11,7 +11,7 @@ then. The steps are a multiple of 4, so that rarer terms have their usual share.
 |---|---|
 | ms | of a step, the median of 5 rounds of `--steps` steps |
 | reference_ms | on a CPU: of the same step through the reference in PyTorch, in turn with it |
-| beside_N | with `--beside N`, beside N busy programs: the speed's share of k / (k + N) of that alone |
+| beside_N | beside N busy programs: the speed as a share of k / (k + N) of that alone |
 | operations | of torch that read or write memory; nearly the same on every device |
 | native | calls of the C++ library; 0 on a GPU |
 | megabytes | that operations of torch read and write |

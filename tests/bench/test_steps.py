@@ -2,7 +2,7 @@
 
 import pytest
 
-from bench import steps
+import bench.steps
 from bench.record import Figures
 from bench.steps import PARTS, PERIOD, WARM, begin, count_steps, measure, reference_only
 from mobilegs.data.dataset import Dataset, ViewLoader
@@ -36,7 +36,7 @@ GPU_LIMITS = {
 
 @pytest.fixture(scope="module")
 def rows(dataset: Dataset) -> dict[str, dict]:
-    steps.SETTLE_SECONDS, steps.BESIDE_SECONDS = 0, 0.2
+    bench.steps.SETTLE_SECONDS, bench.steps.BESIDE_SECONDS = 0, 0.2
     figures = Figures(None)
     teacher = Scene(blobs(), near=0.2)
     measure(dataset, short_recipe(), teacher, list(PARTS), 4, [1], figures)
