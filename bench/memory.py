@@ -25,8 +25,8 @@ from mobilegs.train.recipes import short_recipe
 from mobilegs.viewpoints.virtual_views import DIVISOR
 
 SIZES = ((400, 267), (800, 533), (1600, 1067))
-SPLATS = (100_000, 500_000)
-TEACHER, STUDENT = 200, 60  # steps
+SPLATS = (100_000, 500_000, 1_000_000)
+TEACHER, STUDENT = 280, 60  # steps
 PHOTOS = 255  # for training, each of which the steps see
 SETTINGS = (
     f"teacher.steps={TEACHER}",

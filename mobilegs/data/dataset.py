@@ -486,7 +486,7 @@ def undistorted(
 
 def _view(frame: Frame, decoded: _Decoded, camera: Camera) -> View:
     mask = None if decoded.mask is None else decoded.mask.float()
-    return View(frame.name, camera, decoded.image.float() / 255, mask)
+    return View(frame.name, camera, decoded.image / 255, mask)
 
 
 def posed_frames(

@@ -38,6 +38,7 @@ class Team:
 
     def __init__(self, device: torch.device, rank: int = 0, world_size: int = 1) -> None:
         self.device, self.rank, self.world_size = device, rank, world_size
+        self._weights: dict[tuple[float, torch.device, torch.dtype], Tensor] = {}
 
     @property
     def on_this_machine(self) -> int:
@@ -78,19 +79,29 @@ class Team:
         return [number for each in zip(*self.all_gather_ints(*own), strict=True) for number in each]
 
     def accumulate_gradients(
-        self, leaves: Sequence[Tensor], loss: Tensor, *extra: Tensor
+        self, leaves: Sequence[Tensor], loss: Tensor, *extra: Tensor, weight: float = 1.0
     ) -> list[tuple[Tensor, ...]]:
-        """Add the gradients of every process's `loss` to `leaf.grad`, in the order of ranks.
+        """Add the gradients of every process's `loss`, `weight` times, to `leaf.grad`, by rank.
 
         Returns `(loss, *extra)` of every process, by rank and detached. The backward pass may
         still write to `extra`.
         """
-        gradients = torch.autograd.grad(loss, leaves, materialize_grads=True)
+        key = weight, loss.device, loss.dtype
+        if key not in self._weights:  # a new tensor in each step is an operation more
+            self._weights[key] = loss.new_tensor(weight)
+        gradients = torch.autograd.grad(loss, leaves, self._weights[key], materialize_grads=True)
         gathered = self.all_gather(*(g.contiguous() for g in gradients), loss.detach(), *extra)
         for each in gathered:
+            have, before, added = [], [], []
             for leaf, gradient in zip(leaves, each, strict=False):
-                # not in place: autograd may give one tensor to two leaves
-                leaf.grad = gradient if leaf.grad is None else leaf.grad + gradient
+                if leaf.grad is None:
+                    leaf.grad = gradient
+                else:
+                    have.append(leaf), before.append(leaf.grad), added.append(gradient)
+            if have:  # one kernel on a GPU; not in place: autograd may give one tensor to two leaves
+                sums = torch._foreach_add(before, added)  # pyright: ignore[reportPrivateImportUsage]
+                for leaf, found in zip(have, sums, strict=True):
+                    leaf.grad = found
         return [each[len(leaves) :] for each in gathered]
 
     def barrier(self) -> None:

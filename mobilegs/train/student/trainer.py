@@ -359,12 +359,13 @@ class Student:
             drawn = shared.render(len(cameras), background=self.background, depth=depth)
             index = len(self.cameras) + virtual
             loss = self._distillation_loss(drawn, index, self.virtual_cameras[virtual])
-            SINGLE_PROCESS.accumulate_gradients(shared.leaves, len(cameras) * loss)
+            SINGLE_PROCESS.accumulate_gradients(shared.leaves, loss, weight=len(cameras))
         if front is not None:
             target = self.teacher_images.front(front, self.front_cameras[front])
             drawn = shared.render(len(cameras), background=self.background, before=target.z)
-            loss = config.loss.front_weight * front_loss(drawn.alpha, target.coverage)
-            SINGLE_PROCESS.accumulate_gradients(shared.leaves, len(cameras) * loss)
+            loss = front_loss(drawn.alpha, target.coverage)
+            weight = len(cameras) * config.loss.front_weight
+            SINGLE_PROCESS.accumulate_gradients(shared.leaves, loss, weight=weight)
         return results, shared
 
     def _pick_virtual_view(self) -> int | None:
