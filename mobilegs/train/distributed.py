@@ -92,16 +92,7 @@ class Team:
         gradients = torch.autograd.grad(loss, leaves, self._weights[key], materialize_grads=True)
         gathered = self.all_gather(*(g.contiguous() for g in gradients), loss.detach(), *extra)
         for each in gathered:
-            have, before, added = [], [], []
-            for leaf, gradient in zip(leaves, each, strict=False):
-                if leaf.grad is None:
-                    leaf.grad = gradient
-                else:
-                    have.append(leaf), before.append(leaf.grad), added.append(gradient)
-            if have:  # one kernel on a GPU; not in place: autograd may give one tensor to two leaves
-                sums = torch._foreach_add(before, added)  # pyright: ignore[reportPrivateImportUsage]
-                for leaf, found in zip(have, sums, strict=True):
-                    leaf.grad = found
+            _add_gradients(leaves, each[: len(leaves)])
         return [each[len(leaves) :] for each in gathered]
 
     def barrier(self) -> None:
@@ -115,6 +106,22 @@ class Team:
                 f"the processes no longer hold the same scene {where}: run them on machines of "
                 "one kind, with the same number of threads"
             )
+
+
+def _add_gradients(leaves: Sequence[Tensor], gradients: Sequence[Tensor]) -> None:
+    """Add to `leaf.grad`; not in place, since autograd may give one tensor to two leaves."""
+    before, places = [], []
+    for place, (leaf, gradient) in enumerate(zip(leaves, gradients, strict=True)):
+        if leaf.grad is None:
+            leaf.grad = gradient
+        else:
+            before.append(leaf.grad)
+            places.append(place)
+    if places:  # one kernel on a GPU
+        added = [gradients[place] for place in places]
+        sums = torch._foreach_add(before, added)  # pyright: ignore[reportPrivateImportUsage]
+        for place, found in zip(places, sums, strict=True):
+            leaves[place].grad = found
 
 
 SINGLE_PROCESS = Team(torch.device("cpu"))
