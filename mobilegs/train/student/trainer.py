@@ -359,7 +359,7 @@ class Student:
             drawn = shared.render(len(cameras), background=self.background, depth=depth)
             index = len(self.cameras) + virtual
             loss = self._distillation_loss(drawn, index, self.virtual_cameras[virtual])
-            SINGLE_PROCESS.accumulate_gradients(shared.leaves, loss, weight=len(cameras))
+            SINGLE_PROCESS.accumulate_gradients(shared.leaves, loss, weight=float(len(cameras)))
         if front is not None:
             target = self.teacher_images.front(front, self.front_cameras[front])
             drawn = shared.render(len(cameras), background=self.background, before=target.z)
