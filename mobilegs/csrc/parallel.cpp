@@ -8,6 +8,7 @@
 #include <thread>
 
 #if !defined(_WIN32)
+#include <pthread.h>
 #include <unistd.h>
 #endif
 
@@ -33,6 +34,15 @@ bool spun(const Done& done) {
     if (tries % 32 == 31 && std::chrono::steady_clock::now() > end) return done();
   }
   return true;
+}
+
+// condition_variable::wait, whose symbol in libstdc++ is newer than wheels may need.
+void wait(std::condition_variable& condition, std::unique_lock<std::mutex>& hold) {
+#if defined(_WIN32)
+  condition.wait(hold);
+#else
+  pthread_cond_wait(condition.native_handle(), hold.mutex()->native_handle());
+#endif
 }
 
 struct Pool {
@@ -68,7 +78,7 @@ void Pool::work() {
     Loop* joined = nullptr;
     {
       std::unique_lock<std::mutex> hold(guard);
-      opened.wait(hold, [&] { return loops != seen; });
+      while (loops == seen) wait(opened, hold);
       seen = loops;
       if (!loop || inside >= places) continue;
       joined = loop;
@@ -95,7 +105,7 @@ void Pool::run(Loop& mine, int helpers) {
   }
   if (spun([&] { return inside == 0; })) return;
   std::unique_lock<std::mutex> hold(guard);
-  left.wait(hold, [&] { return inside == 0; });
+  while (inside != 0) wait(left, hold);
 }
 
 // Never freed: its threads end with the process. A process that was forked has none of them.

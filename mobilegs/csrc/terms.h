@@ -117,7 +117,7 @@ MGS_FN int angle_code(float angle, float step) {
 // The part of an entropy in bits that `count` of all values with one code have.
 MGS_FN double entropy_part(int64 count, int64 all) {
   double share = (double)count / all;
-  return count ? -share * log2(share) : 0.0;
+  return count ? -share * log2f((float)share) : 0.0;
 }
 
 // The place of the last code up to a value among those from `least` on, at most `last`.
