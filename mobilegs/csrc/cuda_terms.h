@@ -210,7 +210,9 @@ mgs_count_angles(const float* quats, int64 count, PARAM LearnedStep step, float 
   for (int64 i = (int64)(blockIdx.x / 6) * THREADS + threadIdx.x; i < count; i += CHUNKS * THREADS) {
     float vector[3];
     rotation_vector(quats + 4 * i, vector);
-    add_count(counts + angle_code(vector[column % 3], size) - LEAST, 1);
+    // an index would put the vector into local memory
+    float angle = column % 3 == 0 ? vector[0] : column % 3 == 1 ? vector[1] : vector[2];
+    add_count(counts + angle_code(angle, size) - LEAST, 1);
   }
   __syncthreads();
   for (int k = threadIdx.x; k < PLACES; k += THREADS)
