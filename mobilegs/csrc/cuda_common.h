@@ -133,7 +133,7 @@ MGS_FN Sums<float> load_sums(const float* p) {
 // Number of entries if they have room, else 0.
 MGS_FN int64 listed(int64 length, int room) { return length <= room ? length : 0; }
 
-// What a tile visits.
+// The Gaussians that a tile visits.
 struct Visits {
   int first, end;
   const int* ids;  // null: the numbers themselves

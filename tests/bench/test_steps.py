@@ -37,10 +37,12 @@ GPU_LIMITS = {
 
 @pytest.fixture(scope="module")
 def rows(dataset: Dataset) -> dict[str, dict]:
-    bench.steps.SETTLE_SECONDS, bench.steps.BESIDE_SECONDS = 0, 0.2
     figures = Figures(None)
     teacher = Scene(blobs(), near=0.2)
-    measure(dataset, short_recipe(), teacher, list(PARTS), 4, [1], figures)
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(bench.steps, "SETTLE_SECONDS", 0)
+        patch.setattr(bench.steps, "BESIDE_SECONDS", 0.2)
+        measure(dataset, short_recipe(), teacher, list(PARTS), 4, [1], figures)
     return figures.rows
 
 

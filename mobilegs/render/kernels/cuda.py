@@ -231,7 +231,7 @@ def _tiles(view: KernelView) -> int:
 
 
 class _Projected(NamedTuple):
-    """What projection writes for each Gaussian, and for each group of THREADS in `groups`."""
+    """The numbers of each Gaussian after projection, and in `groups` of each group of THREADS."""
 
     splats: Tensor
     radii: Tensor
