@@ -15,6 +15,11 @@ LANES = ["-DLANES=8", "-march=x86-64-v3"] if platform.machine() == "x86_64" else
 OPTIONS = ["-malloc_limit_mb=4", "-rss_limit_mb=1024", "-timeout=20", "-max_len=20000"]
 
 
+def sources(kind: str) -> list[Path]:
+    """Return the files of C++ that a target and what it calls consist of."""
+    return [HERE / "cpp" / f"{kind}.cpp", CSRC / "decode.cpp", CSRC / "parallel.cpp"]
+
+
 def compiler() -> str | None:
     """Return the path of clang++, or None."""
     return shutil.which("clang++")
@@ -23,7 +28,6 @@ def compiler() -> str | None:
 def build(kind: str, folder: Path) -> Path:
     """Compile a target into `folder` and return its path."""
     target = folder / kind
-    sources = [HERE / "cpp" / f"{kind}.cpp", CSRC / "decode.cpp"]
-    flags = ["-std=c++17", "-O2", "-g", "-Wno-psabi", *LANES, *SANITIZE]
-    subprocess.run([compiler() or "clang++", *flags, *sources, "-o", target], check=True)
+    flags = ["-std=c++17", "-O2", "-g", "-pthread", "-Wno-psabi", *LANES, *SANITIZE]
+    subprocess.run([compiler() or "clang++", *flags, *sources(kind), "-o", target], check=True)
     return target

@@ -238,11 +238,11 @@ def test_cpp_decodes_streams_as_the_reference_does() -> None:
 @pytest.mark.skipif(shutil.which("c++") is None, reason="needs a C++ compiler")
 @pytest.mark.parametrize("kind", compiled.KINDS)
 def test_targets_of_cpp_run_on_their_seeds_and_kept_inputs(kind: str, tmp_path: Path) -> None:
-    sources = [HERE / "cpp" / "replay.cpp", HERE / "cpp" / f"{kind}.cpp"]
+    sources = [HERE / "cpp" / "replay.cpp", *compiled.sources(kind)]
     program = tmp_path / kind
     checks = ["-fsanitize=address,undefined", "-fno-sanitize-recover=undefined"]
-    flags = ["-std=c++17", "-O0", "-DLANES=4", *checks]
-    build = ["c++", *flags, *sources, compiled.CSRC / "decode.cpp", "-o", program]
+    flags = ["-std=c++17", "-O0", "-pthread", "-DLANES=4", *checks]
+    build = ["c++", *flags, *sources, "-o", program]
     done = subprocess.run(build, capture_output=True, text=True)
     if done.returncode and "san" in done.stderr:
         pytest.skip("needs a compiler with sanitizers")

@@ -30,9 +30,11 @@ def test_a_container_s_limit_counts_and_its_cached_files_do_not(
 
 FAULTS = """
 import resource
+import sys
 import torch
 from mobilegs.train.memory import keep_freed_memory
-print(keep_freed_memory())
+if "keep" in sys.argv:
+    assert keep_freed_memory()
 def faults():
     return resource.getrusage(resource.RUSAGE_SELF).ru_minflt
 for _ in range(3):
@@ -47,8 +49,9 @@ print(faults() - before)
 @pytest.mark.thorough
 @pytest.mark.skipif(platform.libc_ver()[0] != "glibc", reason="needs glibc")
 def test_freed_memory_is_not_fetched_again() -> None:
-    command = [sys.executable, "-c", FAULTS]
-    found = subprocess.run(command, check=True, capture_output=True, text=True)
-    told, faults = found.stdout.split()
-    assert told == "True"
-    assert int(faults) < 100  # of 640 with huge pages, and 327,680 with small ones
+    def faults(*arguments: str) -> int:
+        command = [sys.executable, "-c", FAULTS, *arguments]
+        return int(subprocess.run(command, check=True, capture_output=True, text=True).stdout)
+
+    # the kept block may grow once more: then a twentieth is left
+    assert faults("keep") < faults() / 10
