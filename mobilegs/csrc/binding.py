@@ -22,7 +22,7 @@ from mobilegs.errors import InputError
 from mobilegs.gaussians import Gaussians
 
 CPU = torch.device("cpu")
-INTERFACE = 8  # MGS_INTERFACE of decode.h
+INTERFACE = 9  # MGS_INTERFACE of decode.h
 
 # newest first: (name, flags of /proc/cpuinfo that it needs); as CMakeLists.txt builds them
 BUILDS = {

@@ -74,10 +74,10 @@ mgs_student_decode(PARAM Student s, PARAM Decoded out) {
   store_group(g.lobe, s.lobes, i, 1, s.lobes, out.lobes);
 }
 
-// Takes a step of Adam on all Gaussians, from the gradients of decoded values. Writes the gradients of
-// the shared weights, parts[blocks][Places::size].
+// Takes a step of Adam on all Gaussians, from the gradients of decoded values and of overdraw. Writes
+// the gradients of the shared weights, parts[blocks][Places::size].
 KERNEL(THREADS, 2)
-mgs_student_update(PARAM Student s, PARAM Decoded in, float* parts) {
+mgs_student_update(PARAM Student s, PARAM Decoded in, PARAM Overdraw overdraw, float* parts) {
   __shared__ float staged[2][EDGE][THREADS + 1];
   int64 i = global_thread();
   int many = i < s.count;
@@ -85,6 +85,7 @@ mgs_student_update(PARAM Student s, PARAM Decoded in, float* parts) {
   GroupGradients d;
   decode_group(s, {nullptr, i, many}, g);
   load_gradients(s, in, i, many, d);
+  add_overdraw(overdraw, g, d);
   BlockTotals totals = {parts + (int64)blockIdx.x * Places(s).size, staged};
   adjoint_of_group(s, g, many, d, totals);
   if (!many) return;

@@ -1,5 +1,4 @@
-// The terms of a student's loss that need no image in CUDA: overdraw, and the rate before and after
-// quantisation. The arithmetic is in terms.h. The host reads nothing. Sums are doubles, added in a
+// The rate term of a student's loss in CUDA, before and after quantisation. The arithmetic is in terms.h. The host reads nothing. Sums are doubles, added in a
 // fixed order. The only atomics count codes: sums of integers do not depend on their order.
 #pragma once
 #include "cuda_common.h"
@@ -83,37 +82,6 @@ MGS_FN void add_gradient(const RateTensor& t, int64 i, float gradient) {
 MGS_FN void add_count(int* count, int many) { atomicAdd(count, many); }
 
 }  // namespace
-
-// One thread per Gaussian. Writes the gradients by log_scales, and each block's sum of fragments.
-// The first of `stride` numbers per Gaussian in `lobes` gives its opacity without view dependence.
-KERNEL(THREADS, 4)
-mgs_overdraw(PARAM View view, int n, const float* means, const float* quats,
-             const float* log_scales, const float* lobes, int stride, float alpha_min,
-             float level_sigma, float* gradients, double* parts) {
-  int64 i = global_thread();
-  double sum[1] = {0};
-  if (i < n) {
-    View plain = view;  // compiled without harmonics
-    plain.sh_size = plain.lobe_size = 0;
-    float basis, gradient[3];
-    sh_basis(1, 0.0f, 0.0f, 0.0f, &basis);
-    float opacity = 1 / (1 + expf(-basis * lobes[i * stride]));
-    sum[0] = fragments_of(plain, means + 3 * i, quats + 4 * i, log_scales + 3 * i, opacity,
-                          alpha_min, level_sigma, gradient);
-    for (int k = 0; k < 3; k++) gradients[3 * i + k] = gradient[k];
-  }
-  add_rows(1, sum);
-  if (threadIdx.x == 0) parts[blockIdx.x] = sum[0];
-}
-
-// One block: the sum of what the blocks of mgs_overdraw wrote.
-KERNEL(THREADS, 4)
-mgs_overdraw_total(int blocks, const double* parts, float* total) {
-  double sum[1] = {0};
-  for (int i = threadIdx.x; i < blocks; i += THREADS) sum[0] += parts[i];
-  add_rows(1, sum);
-  if (threadIdx.x == 0) *total = (float)sum[0];
-}
 
 // PARTS blocks per tensor: sums of values and of their squares.
 KERNEL(THREADS, 4)

@@ -8,7 +8,7 @@
 
 // The version of all functions of this library, which binding.py checks: increase it with every
 // change of their names, arguments or structs.
-#define MGS_INTERFACE 8
+#define MGS_INTERFACE 9
 
 // binding.py has their messages.
 enum {

@@ -180,9 +180,9 @@ EXPORT void mgs_student_decode(const Student* student, const int* rows, const in
 }
 
 // Takes a step of Adam on all Gaussians and shared parameters, from the gradients `in` of the decoded
-// values of `rows`; the others have only the gradients of Trained.grad.
+// values of `rows` and those of overdraw; the others have only the gradients of Trained.grad.
 EXPORT void mgs_student_update(const Student* student, const int* rows, const int64_t* starts,
-                               const Decoded* in) {
+                               const Decoded* in, const Overdraw* overdraw) {
   const Student& s = *student;
   int width = 0, size = Places(s).size;
   for (int k = 0; k < TENSORS; k++) width += s.tensor(k).columns;
@@ -197,6 +197,7 @@ EXPORT void mgs_student_update(const Student* student, const int* rows, const in
       for_groups(starts, block, [&](int64 at, int many) {
         decode_group(s, {rows + at, 0, many}, *g);
         load_gradients(s, *in, at, many, *d);
+        add_overdraw(*overdraw, *g, *d);
         Totals totals{&parts[(size_t)block * size]};
         adjoint_of_group(s, *g, many, *d, totals);
         float* part = grads.data();

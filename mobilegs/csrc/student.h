@@ -318,6 +318,29 @@ MGS_CALL void load_gradients(const Student& s, const Decoded& in, int64 from, in
   load_group(in.lobes, s.lobes, from, many, s.lobes, d.lobe);
 }
 
+// The overdraw term of one view; program.py mirrors the fields. Opacities are those without view
+// dependence. A weight of 0 leaves the term out.
+struct Overdraw {
+  View view;
+  float weight, alpha_min, level_sigma;
+};
+
+MGS_CALL void add_overdraw(const Overdraw& o, const GroupValues& g, GroupGradients& d) {
+  if (o.weight == 0) return;
+  vfloat first_lobe;
+  sh_basis(1, vfloat{}, vfloat{}, vfloat{}, &first_lobe);
+  for (int at = 0; at < GROUP; at += LANES) {
+    vfloat mean[3], q[4], log_scale[3], gradient[3];
+    for (int a = 0; a < 4; a++) q[a] = load(&g.quat[a][at]);
+    for (int a = 0; a < 3; a++)
+      mean[a] = load(&g.mean[a][at]), log_scale[a] = load(&g.log_scale[a][at]);
+    vfloat logit = first_lobe * load(&g.lobe[0][at]);
+    overdraw_gradient(o.view, mean, q, log_scale, logit, o.alpha_min, o.level_sigma, gradient);
+    for (int a = 0; a < 3; a++)
+      store(&d.log_scale[a][at], load(&d.log_scale[a][at]) + o.weight * gradient[a]);
+  }
+}
+
 // From the gradients of a group's decoded values to those of its trained values, and of the shared
 // weights. `totals` adds these at their places: of rows a and columns b products(a, rows, b, columns,
 // at) adds a b^T, sums(a, rows, at) the sum of each row, product(a, b, rows, at) sum a b, and

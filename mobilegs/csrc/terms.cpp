@@ -1,6 +1,5 @@
-// Terms of a student's loss that need no image, with their gradients: overdraw, and the rate before
-// and after quantisation. Sums add blocks of rows in order: they do not depend on the number of
-// threads.
+// The gradients of a student's rate term, before and after quantisation. Sums add blocks of rows in
+// order: they do not depend on the number of threads.
 #include "parallel.h"
 #include "terms.h"
 
@@ -21,20 +20,6 @@ static double sum_of_blocks(int64 blocks, Part part) {
   double sum = 0;
   for (double each : parts) sum += each;
   return sum;
-}
-
-// Returns the fragments per pixel of a view, and writes their gradient by log_scales, [m][3]. Only
-// Gaussians count that `view` could show if they were opaque.
-EXPORT double mgs_overdraw(const View* view, int64_t m, const float* means, const float* quats,
-                           const float* log_scales, const float* opacities, float alpha_min,
-                           float level_sigma, float* gradients) {
-  return sum_of_blocks((m + BLOCK - 1) / BLOCK, [&](int64 block) {
-    double sum = 0;
-    for (int64 i = block * BLOCK; i < std::min(m, (block + 1) * BLOCK); i++)
-      sum += fragments_of(*view, means + 3 * i, quats + 4 * i, log_scales + 3 * i, opacities[i],
-                          alpha_min, level_sigma, gradients + 3 * i);
-    return sum;
-  });
 }
 
 // Sums of term(value, column) over the rows of values[count][columns].

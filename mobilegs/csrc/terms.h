@@ -22,63 +22,64 @@ MGS_FN float nearest_code(float multiple) {
   return (multiple + 12582912.0f) - 12582912.0f;  // to the nearest integer, ties to even
 }
 
-// The area of an ellipse as a share of the image, and its gradient by the log-scales: overdraw in
-// train/student/overdraw.py.
-MGS_FN float area_of(const View& v, const float* mean, const float* q, const float* log_scale,
-                     float opacity, float alpha_min, float level_sigma, float* gradient) {
-  gradient[0] = gradient[1] = gradient[2] = 0;
-  if (!(opacity > alpha_min)) return 0;
-  float m[9], offset[3], scale[3], u[3], squares[3], sum = 0, half = 0;
-  rotation_of(q, 1 / sqrtf(q[0] * q[0] + q[1] * q[1] + q[2] * q[2] + q[3] * q[3]), m);
-  for (int a = 0; a < 3; a++) offset[a] = mean[a] - v.position[a], scale[a] = expf(log_scale[a]);
-  float length = sqrtf(offset[0] * offset[0] + offset[1] * offset[1] + offset[2] * offset[2]);
-  float distance = max_of(length, v.near_plane);
-  float focal = v.focal[0] * v.focal[1] / (distance * distance);
+// The gradient of the fragments per pixel of Gaussians by the log-scales: overdraw.py. It is 0 where
+// `view` could not show a Gaussian if it were opaque.
+template <class V>
+MGS_FN void overdraw_gradient(const View& view, const V* mean, const V* q, const V* log_scale, V logit,
+                      float alpha_min, float level_sigma, V* gradient) {
+  const V zero = of<V>(0), one = of<V>(1), tiny = of<V>(1.17549435e-38f);
+  const float black[3 * LANES] = {0};
+  float means[3 * LANES], quats[4 * LANES], scales[3 * LANES], opaque[LANES];
+  V m[9], offset[3], scale[3], u[3], squares[3], sum = zero, half = zero;
+  for (int a = 0; a < 3; a++) scale[a] = exp_of(log_scale[a]);
+  for (int a = 0; a < 3; a++) set_number(means, a, mean[a]), set_number(scales, a, scale[a]);
+  for (int a = 0; a < 4; a++) set_number(quats, a, q[a]);
+  set_number(opaque, 0, one);
+  View plain = view;  // without harmonics
+  plain.sh_size = plain.lobe_size = 0;
+  Projected<V> s;
+  auto shown = project(plain, means, quats, scales, opaque, black, black, nullptr, s);
+  V opacity = 1.0f / (1.0f + exp_of(-logit));
+  V check = logit + log_scale[0] + log_scale[1] + log_scale[2];  // exp_of limits its argument
+  shown = shown & (opacity > alpha_min) & (check - check == 0.0f);
+  for (int a = 0; a < 3; a++) gradient[a] = zero;
+  if (!any_of(shown)) return;
+  rotation_of(q, 1.0f / sqrt_of(q[0] * q[0] + q[1] * q[1] + q[2] * q[2] + q[3] * q[3]), m);
+  for (int a = 0; a < 3; a++) offset[a] = mean[a] - view.position[a];
+  V length = sqrt_of(offset[0] * offset[0] + offset[1] * offset[1] + offset[2] * offset[2]);
+  V distance = max_of(length, of<V>(view.near_plane));
+  V focal = view.focal[0] * view.focal[1] / (distance * distance);
   for (int a = 0; a < 3; a++) {
     u[a] = (offset[0] * m[a] + offset[1] * m[3 + a] + offset[2] * m[6 + a]) / distance;
-    squares[a] = square(u[a] * scale[(a + 1) % 3] * scale[(a + 2) % 3]);
+    V f = u[a] * scale[(a + 1) % 3] * scale[(a + 2) % 3];
+    squares[a] = f * f;
     sum += squares[a];
-    half += 0.5f * scale[a] * scale[a] * (1 - u[a] * u[a]);  // of the sum of both variances
+    half += 0.5f * scale[a] * scale[a] * (1.0f - u[a] * u[a]);  // of the sum of both variances
   }
-  const float tiny = 1.17549435e-38f, pi = 3.14159265f;
-  float share = pi * focal / ((float)v.width * v.height) * 2 * logf(opacity / alpha_min);
-  float area = share * sqrtf(sum), slope = area < 1 ? area / max_of(sum, tiny) : 0.0f;
-  area = min_of(area, 1.0f);
-  float factor = 1, factor_slope = 0, root = 1;
+  const float pi = 3.14159265f, image = (float)view.width * view.height;
+  V share = pi / image * 2 / LOG2_E * focal * (log2_of(opacity) - log2_of(of<V>(alpha_min)));
+  V area = share * sqrt_of(sum), slope = select(area < 1.0f, area / max_of(sum, tiny), zero);
+  area = min_of(area, one);
+  for (int a = 0; a < 3; a++) gradient[a] = slope * (sum - squares[a]);
   if (level_sigma > 0) {
-    float inside = half * half - sum, least = 1e-6f * half * half + tiny;
-    root = sqrtf(max_of(inside, least));
-    float variance = sum / (half + root) * focal + v.blur;
-    factor = 3 / 1.3862943611f * level_sigma * level_sigma / variance;
     const float lowest = 1.0f / (1 << 2 * (LEVELS - 1));
-    if (factor >= lowest && factor <= 1) factor_slope = -factor / variance;
-    factor = clamp(factor, lowest, 1.0f);
-    for (int a = 0; a < 3 && factor_slope != 0; a++) {
-      float sum_slope = 2 * (sum - squares[a]);
-      float half_slope = scale[a] * scale[a] * (1 - u[a] * u[a]);
-      float root_slope = inside > least ? half * half_slope - 0.5f * sum_slope
-                                        : 1e-6f * half * half_slope;
-      root_slope /= root;
-      float variance_slope =
-          focal / (half + root) * (sum_slope - sum * (half_slope + root_slope) / (half + root));
-      gradient[a] = area * factor_slope * variance_slope;
+    V inside = half * half - sum, least = 1e-6f * half * half + tiny;
+    V root = sqrt_of(max_of(inside, least)), both = half + root;
+    V variance = sum / both * focal + view.blur;
+    V free_factor = 3 / 1.3862943611f * level_sigma * level_sigma / variance;
+    V factor = clamp(free_factor, of<V>(lowest), one);
+    V factor_slope = select((free_factor >= lowest) & (free_factor <= 1.0f), -factor / variance, zero);
+    for (int a = 0; a < 3; a++) {
+      V sum_slope = 2.0f * (sum - squares[a]);
+      V half_slope = scale[a] * scale[a] * (1.0f - u[a] * u[a]);
+      V root_slope = select(inside > least, half * half_slope - 0.5f * sum_slope,
+                            1e-6f * half * half_slope);
+      root_slope = root_slope / root;
+      V variance_slope = focal / both * (sum_slope - sum * (half_slope + root_slope) / both);
+      gradient[a] = factor * gradient[a] + area * factor_slope * variance_slope;
     }
   }
-  for (int a = 0; a < 3; a++) gradient[a] += factor * slope * (sum - squares[a]);
-  return area * factor;
-}
-
-// The fragments per pixel of one Gaussian, and their gradient by its log-scales: 0 unless `view`
-// could show it if it were opaque.
-MGS_FN float fragments_of(const View& view, const float* mean, const float* q,
-                          const float* log_scale, float opacity, float alpha_min,
-                          float level_sigma, float* gradient) {
-  const float black[3] = {0, 0, 0}, opaque = 1;
-  float scale[3] = {expf(log_scale[0]), expf(log_scale[1]), expf(log_scale[2])};
-  Projected<float> s;
-  gradient[0] = gradient[1] = gradient[2] = 0;
-  if (!project(view, mean, q, scale, &opaque, black, black, nullptr, s)) return 0;
-  return area_of(view, mean, q, log_scale, opacity, alpha_min, level_sigma, gradient);
+  for (int a = 0; a < 3; a++) gradient[a] = select(shown, gradient[a], zero);
 }
 
 // The squared distance from a column's mean within which values cost almost no bits before

@@ -1,7 +1,6 @@
-"""Terms of the student's loss that need no image, by the kernels of csrc/cuda_terms.h.
+"""The rate term before and after quantisation, by the kernels of csrc/cuda_terms.h.
 
-Overdraw, and the rate before and after quantisation. The host reads nothing, so it never waits.
-The reference is `overdraw.py` and `quantization.py`.
+The host reads nothing, so it never waits. The reference is `quantization.py`.
 """
 
 import ctypes
@@ -15,7 +14,6 @@ from torch import Tensor
 
 from mobilegs.csrc.binding import address
 from mobilegs.render.kernels import cuda
-from mobilegs.render.kernels.kernel_view import KernelView
 from mobilegs.representation.rotations import RotationQuantizer
 from mobilegs.representation.uniform_quantizer import (
     CODE_LIMIT,
@@ -62,56 +60,6 @@ class _RateTensor(ctypes.Structure):
 def supports(*tensors: Tensor) -> bool:
     """Return True if there are tensors, and kernels take them: contiguous float32 on a GPU."""
     return bool(tensors) and cuda.takes(*tensors) and all(t.is_contiguous() for t in tensors)
-
-
-def overdraw(
-    view: KernelView,
-    means: Float[Tensor, "n 3"],
-    quats: Float[Tensor, "n 4"],
-    log_scales: Float[Tensor, "n 3"],
-    lobes: Float[Tensor, "n k 2"],
-    *,
-    alpha_min: float,
-    level_sigma: float,
-) -> Float[Tensor, ""]:
-    """Return the fragments per pixel of the Gaussians that `view` could show if they were opaque.
-
-    It is differentiable for `log_scales`, and uses opacities without their view dependence.
-    """
-    return _Overdraw.apply(log_scales, means, quats, lobes, view, alpha_min, level_sigma)  # pyright: ignore[reportReturnType]
-
-
-class _Overdraw(torch.autograd.Function):
-    @staticmethod
-    def forward(  # pyright: ignore[reportIncompatibleMethodOverride]
-        ctx,
-        log_scales: Tensor,
-        means: Tensor,
-        quats: Tensor,
-        lobes: Tensor,
-        view: KernelView,
-        alpha_min: float,
-        level_sigma: float,
-    ) -> Tensor:
-        count, stride = len(means), math.prod(lobes.shape[1:])
-        blocks = -(-count // cuda.THREADS)
-        log_scales = log_scales.contiguous()
-        gradients, total = torch.empty_like(log_scales), log_scales.new_empty(())
-        parts = log_scales.new_empty(blocks, dtype=torch.float64)
-        _launch(
-            *("mgs_overdraw", blocks, view, ctypes.c_int(count)),
-            *(means.contiguous(), quats.contiguous(), log_scales, lobes.contiguous()),
-            *(ctypes.c_int(stride), ctypes.c_float(alpha_min), ctypes.c_float(level_sigma)),
-            *(gradients, parts),
-        )
-        _launch("mgs_overdraw_total", 1, ctypes.c_int(blocks), parts, total)
-        ctx.save_for_backward(gradients)
-        return total
-
-    @staticmethod
-    def backward(ctx, grad: Tensor) -> tuple[Tensor | None, ...]:  # pyright: ignore
-        [gradients] = ctx.saved_tensors
-        return grad * gradients, None, None, None, None, None, None
 
 
 def add_early_rate_gradients(

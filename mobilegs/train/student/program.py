@@ -18,17 +18,14 @@ from mobilegs.render.inputs import RenderSettings
 from mobilegs.render.kernels import cuda
 from mobilegs.render.kernels.kernel_view import BLACK, KernelView, kernel_view
 from mobilegs.render.lobes import evaluate_lobes
-from mobilegs.render.project import ALPHA_MIN
 from mobilegs.render.view_network import STATICS
 from mobilegs.representation.appearance import LATENTS
 from mobilegs.representation.float16 import SIGNIFICAND_BITS
 from mobilegs.representation.lobes import C0
 from mobilegs.representation.rotations import bits_table
-from mobilegs.reproducible import sigmoid
 from mobilegs.train.optim import NamedAdam, Trained
-from mobilegs.train.student import cuda_terms
 from mobilegs.train.student.model import StudentModel
-from mobilegs.train.student.shared_decode import SharedDecode
+from mobilegs.train.student.shared_decode import SharedDecode, overdraw_limits
 
 PHASES = "explicit", "latents", "quantized"
 # of `StudentModel.rows`, in the order of the struct; None: no columns
@@ -77,6 +74,15 @@ class _Student(ctypes.Structure):
 
 class _Decoded(ctypes.Structure):
     _fields_ = [(f"p{i}", ctypes.c_void_p) for i in range(5)]
+
+
+class _Overdraw(ctypes.Structure):
+    """The overdraw term; mirrors `Overdraw` in csrc/student.h field by field."""
+
+    _fields_ = [
+        ("view", KernelView),
+        *((name, ctypes.c_float) for name in ("weight", "alpha_min", "level_sigma")),
+    ]
 
 
 def runs_program(model: StudentModel) -> bool:
@@ -133,12 +139,13 @@ class ProgramDecode(SharedDecode):
             *(address(self.shown), address(self.starts)),
         )
 
-    def _run(self, name: str, decoded: _Decoded) -> None:
+    def _run(self, name: str, decoded: _Decoded, *overdraw: _Overdraw) -> None:
         """Run `decode` or `update` on the values, or gradients, of `detached`."""
         if self.kernels is None:
             run = getattr(_native(), f"mgs_student_{name}")
             places = address(self.shown), address(self.starts)
-            run(ctypes.byref(self.student), *places, ctypes.byref(decoded))
+            structs = [ctypes.byref(struct) for struct in (decoded, *overdraw)]
+            run(ctypes.byref(self.student), *places, *structs)
             return
         blocks = -(-len(self.model) // cuda.THREADS)
         with self.kernels.current():
@@ -148,7 +155,7 @@ class ProgramDecode(SharedDecode):
                 return
             weights = next(held for held in self.held if held.data_ptr() == self.student.weights)
             parts = weights.new_empty(blocks, len(weights))
-            self._launch("update", blocks, decoded, address(parts))
+            self._launch("update", blocks, decoded, *overdraw, address(parts))
             count = ctypes.c_int(blocks)
             self._launch("finish", -(-len(weights) // cuda.THREADS), count, address(parts))
 
@@ -156,21 +163,8 @@ class ProgramDecode(SharedDecode):
         assert self.kernels is not None
         self.kernels.launch(f"mgs_student_{name}", blocks, cuda.THREADS, self.student, *arguments)
 
-    def overdraw(self, number: int) -> Float[Tensor, ""]:
-        """Return the fragments per pixel of camera `number`, differentiable for the scales."""
-        model, camera, leaves = self.model, self.cameras[number], self.detached
-        if self.kernels is None:
-            return _Overdraw.apply(leaves["log_scales"], self, camera)  # pyright: ignore[reportReturnType]
-        names = "means", "quats", "log_scales", "lobes"
-        return cuda_terms.overdraw(
-            _opaque_view(model, camera),
-            *(leaves[name] for name in names),
-            alpha_min=_alpha_min(model),
-            level_sigma=0.0 if model.blend == "sorted" else model.level_sigma,
-        )
-
     @torch.no_grad()
-    def step(self) -> None:
+    def step(self, overdraw_weight: float = 0.0) -> None:
         """Take a step of Adam on the gradients of the leaves and those that the model has."""
         rows, shared = self.model.rows, self.model.shared
         for tensor, name in zip(self.student.tensors, TENSORS[self.model.phase], strict=True):
@@ -180,7 +174,13 @@ class ProgramDecode(SharedDecode):
             self._begin(parameter.tensor, shared, name)
         found = [torch.zeros_like(t) if t.grad is None else t.grad for t in self.leaves]
         gradients = [gradient.contiguous() for gradient in found]
-        self._run("update", _pointers(gradients))
+        overdraw = _Overdraw()
+        if overdraw_weight:
+            model = self.model
+            alpha_min, sigma = overdraw_limits(model)
+            view = _opaque_view(model, self.cameras[0])
+            overdraw = _Overdraw(view, overdraw_weight, alpha_min, sigma)
+        self._run("update", _pointers(gradients), overdraw)
         for tensor in (*rows.tensors.values(), *shared.tensors.values()):
             tensor.grad = None
 
@@ -205,42 +205,10 @@ def opacities_and_scales(
         yield evaluate_lobes(decoded["lobes"], directions)[0], scales
 
 
-def _alpha_min(model: StudentModel) -> float:
-    return ALPHA_MIN if model.blend == "sorted" else model.weighting.alpha_min
-
-
 def _opaque_view(model: StudentModel, camera: Camera) -> KernelView:
     """Return the view in which Gaussians are looked for: as if they were opaque."""
     settings = RenderSettings(footprint=model.footprint)
     return kernel_view(camera, BLACK, settings, sh_size=1, lobe_size=0)
-
-
-class _Overdraw(torch.autograd.Function):
-    """`overdraw` with its gradient, by csrc/terms.cpp."""
-
-    @staticmethod
-    def forward(ctx, log_scales: Tensor, decoded: ProgramDecode, camera: Camera) -> Tensor:
-        model, leaves, native = decoded.model, decoded.detached, _native()
-        view = _opaque_view(model, camera)
-        opacities = sigmoid(C0 * leaves["lobes"][:, 0, 0])
-        gradients = torch.empty_like(log_scales)
-        is_sorted = model.blend == "sorted"
-        found = native.mgs_overdraw(
-            ctypes.byref(view),
-            ctypes.c_int64(len(log_scales)),
-            *(address(leaves[name]) for name in ("means", "quats", "log_scales")),
-            address(opacities),
-            ctypes.c_float(_alpha_min(model)),
-            ctypes.c_float(0.0 if is_sorted else model.level_sigma),
-            address(gradients),
-        )
-        ctx.save_for_backward(gradients)
-        return torch.tensor(found, dtype=torch.float32)
-
-    @staticmethod
-    def backward(ctx, grad: Tensor) -> tuple[Tensor, None, None]:  # pyright: ignore
-        [gradients] = ctx.saved_tensors
-        return grad * gradients, None, None
 
 
 @cache
@@ -250,7 +218,6 @@ def _native() -> ctypes.CDLL:
     if loaded.mgs_student_bytes() != ctypes.sizeof(_Student):
         raise ImportError("the C++ library belongs to another version of mobilegs")
     loaded.mgs_student_rows.restype = ctypes.c_int64
-    loaded.mgs_overdraw.restype = ctypes.c_double
     return loaded
 
 

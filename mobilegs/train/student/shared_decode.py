@@ -89,19 +89,19 @@ class SharedDecode:
             **options,
         )
 
-    def overdraw(self, number: int) -> Float[Tensor, ""]:
-        """Return the fragments per pixel of camera `number`, differentiable for the scales.
+    def overdraw(self) -> Float[Tensor, ""]:
+        """Return the fragments per pixel of the first camera, differentiable for the scales.
 
         It uses opacities without their view dependence, which is accurate enough for an area.
         """
         leaves, model = self.detached, self.model
-        alpha_min = ALPHA_MIN if model.blend == "sorted" else model.weighting.alpha_min
+        alpha_min, level_sigma = overdraw_limits(model)
         with torch.no_grad():
             if "lobes" in leaves:
                 opacities = sigmoid(C0 * leaves["lobes"][:, 0, 0])
             else:
                 opacities = sigmoid(leaves["logit_opacities"])
-        rows, camera = self.rows[number], self.cameras[number]
+        rows, camera = self.rows[0], self.cameras[0]
         tensors = (leaves["means"], leaves["quats"], leaves["log_scales"], opacities)
         means, quats, log_scales, opacities = (
             t if rows is None else take_rows(t, rows) for t in tensors
@@ -110,15 +110,27 @@ class SharedDecode:
             *(means, quats, log_scales, opacities),
             camera=camera,
             alpha_min=alpha_min,
-            level_sigma=0.0 if model.blend == "sorted" else model.level_sigma,
+            level_sigma=level_sigma,
             blur=model.footprint.blur,
         )
 
-    def step(self) -> None:
-        """Pass the gradients of the leaves on to the model, and take a step of Adam."""
+    def step(self, overdraw_weight: float = 0.0) -> None:
+        """Pass the gradients of the leaves on to the model, and take a step of Adam.
+
+        They receive `overdraw_weight` times that of the first camera's overdraw, too.
+        """
+        if overdraw_weight:
+            (overdraw_weight * self.overdraw()).backward()
         gradients = [leaf.grad for leaf in self.detached.values()]
         torch.autograd.backward(list(self.decoded.values()), gradients)
         self.model.step()
+
+
+def overdraw_limits(model: StudentModel) -> tuple[float, float]:
+    """Return the alpha at which ellipses end for the overdraw term, and its `level_sigma`."""
+    if model.blend == "sorted":
+        return ALPHA_MIN, 0.0
+    return model.weighting.alpha_min, model.level_sigma
 
 
 @torch.no_grad()

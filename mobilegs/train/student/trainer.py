@@ -50,7 +50,7 @@ LOBE_CODEBOOK_LR_RATIO = 0.25
 COLOR_DECODER_LR = 1e-3
 VIRTUAL_UNTIL = 0.5  # share of a run with distillation at virtual views
 FRONT_EVERY = 4  # steps between two comparisons of the coverage before planes
-SPARSE_EVERY = 4  # steps between two gradients of the rate term, and of overdraw, times 4
+SPARSE_EVERY = 4  # steps between two gradients of the rate term, times 4
 
 
 class Student:
@@ -68,7 +68,7 @@ class Student:
         + overdraw_weight (area of ellipses) + lambda (bits per Gaussian)
         + 0.01 |change of the photo's colours|^2                where exposures are learned
 
-    Overdraw and bits count in every fourth step, four times.
+    Overdraw is that of the step's first photo. Bits count in every fourth step, four times.
 
     Example:
 
@@ -195,7 +195,7 @@ class Student:
         if self._has_rate_term and self.done % SPARSE_EVERY == 0:
             bit_weight = SPARSE_EVERY * config.quantization.bit_weight
             self.model.add_rate_gradients(len(cameras) * bit_weight)
-        decoded.step()
+        decoded.step(len(cameras) * config.loss.overdraw_weight)
         self.done += 1
         if config.least_variance and (self.done % LIMIT_EVERY == 0 or self.done == self.steps):
             self.model.limit_scales(self.cameras, config.least_variance)
@@ -350,8 +350,6 @@ class Student:
                 at, background=self.background, depth=depth and not self.virtual_cameras
             )
             loss, error = self._view_loss(drawn, index, view)
-            if config.loss.overdraw_weight and self.done % SPARSE_EVERY == SPARSE_EVERY // 2:
-                loss = loss + SPARSE_EVERY * config.loss.overdraw_weight * shared.overdraw(at)
             results += team.accumulate_gradients([*shared.leaves, *photos], loss, error)
         if self.exposures is not None:
             self.exposures.step(self.times.of(self.done + 1))

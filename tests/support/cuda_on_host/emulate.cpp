@@ -151,8 +151,6 @@ const std::map<std::string, std::function<void(void**)>> kernels = {
     ENTRY(mgs_distill_terms),
     ENTRY(mgs_distill_finish),
     ENTRY(mgs_distill_gradient),
-    ENTRY(mgs_overdraw),
-    ENTRY(mgs_overdraw_total),
     ENTRY(mgs_early_rate_sums),
     ENTRY(mgs_early_rate),
     ENTRY(mgs_count_codes),
@@ -177,6 +175,7 @@ extern "C" int struct_bytes(const char* name) {
       {"Student", sizeof(Student)}, {"Shared", sizeof(Shared)}, {"Trained", sizeof(Trained)},
       {"Steps", sizeof(Steps)}, {"RateTensor", sizeof(RateTensor)}, {"View", sizeof(View)},
       {"Distilled", sizeof(Distilled)}, {"SortPass", sizeof(SortPass)}, {"Lists", sizeof(Lists)},
+      {"Overdraw", sizeof(Overdraw)},
   };
   auto found = sizes.find(name);
   return found == sizes.end() ? 0 : (int)found->second;

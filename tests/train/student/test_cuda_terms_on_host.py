@@ -10,17 +10,11 @@ from torch import Tensor
 from torch.nn import Parameter
 from torch.testing import assert_close
 
-from mobilegs.camera import Camera
 from mobilegs.csrc import binding
-from mobilegs.render import RenderSettings, visible_rows
-from mobilegs.render.kernels.kernel_view import kernel_view
-from mobilegs.representation.lobes import C0
 from mobilegs.representation.rotations import RotationQuantizer
 from mobilegs.representation.uniform_quantizer import CODE_LIMIT, UniformQuantizer
 from mobilegs.train.student import cuda_terms, quantization
-from mobilegs.train.student.overdraw import overdraw
 from tests.support.cuda_on_host import HostKernels
-from tests.support.scenes import camera, random_scene
 
 ALPHA_MIN = 1 / 64
 COUNT = 700  # three blocks, the last one not full
@@ -35,89 +29,6 @@ def difference(found: Tensor, expected: Tensor) -> float:
     """Return the norm of the difference as a share of that of `expected`."""
     error, size = float((found - expected).norm()), float(expected.norm())
     return error if size == 0 else error / size
-
-
-def scene_of(kind: str) -> tuple[dict[str, Tensor], Camera]:
-    view, count = camera(96, 72), {"none": 0, "one": 1}.get(kind, COUNT)
-    scene = random_scene(count, seed=5, spread=2.5)
-    found = {name: scene[name] for name in ("means", "quats", "lobes")}
-    found["log_scales"] = scene["scales"].log()
-    found["log_scales"][: count // 8] += 2.5  # some of the size of the image
-    if kind == "one":
-        found["means"][:] = 0
-    if kind == "behind":
-        forward = view.viewmat[2, :3]
-        found["means"] = view.position - (1 + found["means"].norm(dim=1, keepdim=True)) * forward
-    if kind == "faint":
-        found["lobes"][:, 0, 0] = math.log(ALPHA_MIN / (1 - ALPHA_MIN)) / C0 - 0.01
-    if kind == "round":
-        found["log_scales"][:] = found["log_scales"][:, :1]
-    return {name: value.float() for name, value in found.items()}, view
-
-
-def overdraw_of(
-    scene: dict[str, Tensor], view: Camera, level_sigma: float
-) -> tuple[Tensor, Tensor]:
-    """Return the term by the kernel, and its gradient."""
-    struct = kernel_view(view, torch.zeros(3), RenderSettings(), sh_size=1, lobe_size=0)
-    log_scales = scene["log_scales"].clone().requires_grad_()
-    found = cuda_terms.overdraw(
-        *(struct, scene["means"], scene["quats"], log_scales, scene["lobes"]),
-        alpha_min=ALPHA_MIN,
-        level_sigma=level_sigma,
-    )
-    (3 * found).backward()
-    assert log_scales.grad is not None
-    return found.detach(), log_scales.grad
-
-
-def expected_overdraw(
-    scene: dict[str, Tensor], view: Camera, level_sigma: float
-) -> tuple[Tensor, Tensor]:
-    """Return the same by the reference, in float64."""
-    means, quats, lobes = (scene[name].double() for name in ("means", "quats", "lobes"))
-    log_scales = scene["log_scales"].double().requires_grad_()
-    rows = visible_rows(means, quats, log_scales.detach().exp(), camera=view)
-    opacities = torch.sigmoid(C0 * lobes[:, 0, 0])
-    found = overdraw(
-        *(means[rows], quats[rows], log_scales[rows], opacities[rows]),
-        camera=view,
-        alpha_min=ALPHA_MIN,
-        level_sigma=level_sigma,
-    )
-    (3 * found).backward()
-    assert log_scales.grad is not None
-    return found.detach(), log_scales.grad
-
-
-@pytest.mark.parametrize("level_sigma", [0.0, 1.0])
-@pytest.mark.parametrize("kind", ["random", "round", "none", "one", "behind", "faint"])
-def test_overdraw_agrees_with_the_reference(
-    kind: str,
-    level_sigma: float,
-    kernels: HostKernels,
-) -> None:
-    scene, view = scene_of(kind)
-    found, gradient = overdraw_of(scene, view, level_sigma)
-    assert kernels.launched == ["mgs_overdraw", "mgs_overdraw_total"]
-    expected, expected_gradient = expected_overdraw(scene, view, level_sigma)
-    nothing = kind in ("none", "behind", "faint")
-    assert bool(found == 0) == bool(expected == 0) == nothing
-    assert_close(found.double(), expected, rtol=2e-6, atol=0)
-    assert difference(gradient, expected_gradient) <= 2e-4  # in round ones terms cancel
-    assert bool(gradient.any()) == (not nothing)
-
-
-def test_values_that_are_not_finite_have_no_overdraw() -> None:
-    scene, view = scene_of("random")
-    good, gradient = overdraw_of(scene, view, 1.0)
-    bad = [(5, "means"), (6, "quats"), (7, "log_scales"), (8, "lobes")]
-    for row, name in bad:
-        scene[name][row].view(-1)[0] = math.nan
-    found, without = overdraw_of(scene, view, 1.0)
-    assert not without[5:9].any()
-    assert torch.equal(without[9:], gradient[9:])
-    assert 0 < found <= good
 
 
 def leaves(**shapes: tuple[int, ...]) -> dict[str, Parameter]:
@@ -248,10 +159,6 @@ def test_the_rate_of_rotations_agrees_with_the_reference(
     assert tensors["rotation"].grad is None
 
 
-def overdraw_results() -> list[Tensor | None]:
-    return list(overdraw_of(*scene_of("random"), 1.0))
-
-
 def early_results() -> list[Tensor | None]:
     tensors = early_case("random")
     quantization.add_early_rate_gradients(tensors, 1.0)
@@ -266,7 +173,7 @@ def rate_results() -> list[Tensor | None]:
     return [leaf.grad for leaf in (*offsets, *tensors.values())]
 
 
-@pytest.mark.parametrize("results", [overdraw_results, early_results, rate_results])
+@pytest.mark.parametrize("results", [early_results, rate_results])
 def test_results_do_not_depend_on_the_order_of_threads(
     results: Callable[[], list[Tensor | None]],
     kernels: HostKernels,

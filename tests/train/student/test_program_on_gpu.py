@@ -14,7 +14,16 @@ from mobilegs.train.student import cuda_terms, program, trainer
 from mobilegs.train.teacher.trainer import Teacher
 from tests.support.cuda_on_host import HostKernels
 from tests.support.tiny import TEACHER, cameras
-from tests.train.student.test_program import PHASES, advance, after, student_in, teacher
+from tests.train.student.test_program import (
+    OVERDRAW_CASES,
+    PHASES,
+    advance,
+    after,
+    check_overdraw,
+    check_overdraw_of_bad_values,
+    student_in,
+    teacher,
+)
 
 
 @pytest.fixture
@@ -30,7 +39,7 @@ def reference(phase: str, step: int, dataset: Dataset) -> dict[str, torch.Tensor
     return dict(after(student))
 
 
-@pytest.mark.parametrize("step", [0, 1, 2])  # with the rate term, without more, with overdraw
+@pytest.mark.parametrize("step", [0, 1])  # with the rate term, and without
 @pytest.mark.parametrize("phase", PHASES)
 def test_a_step_is_that_of_the_reference(
     phase: str, step: int, dataset: Dataset, kernels: HostKernels
@@ -62,6 +71,19 @@ def test_bits_do_not_depend_on_the_order_of_threads(
     assert all(torch.equal(results[0][name], values) for name, values in results[1].items())
 
 
+@pytest.mark.parametrize("kind", OVERDRAW_CASES)
+def test_overdraw_is_that_of_the_reference(
+    kind: str, dataset: Dataset, kernels: HostKernels
+) -> None:
+    check_overdraw(kind, 1.0, dataset)
+
+
+def test_values_that_are_not_finite_have_no_overdraw(
+    dataset: Dataset, kernels: HostKernels
+) -> None:
+    check_overdraw_of_bad_values(dataset)
+
+
 @pytest.mark.parametrize("phase", PHASES)
 def test_all_gaussians_are_decoded(phase: str, dataset: Dataset, kernels: HostKernels) -> None:
     model = student_in(phase, dataset).model
@@ -76,6 +98,7 @@ def test_all_gaussians_are_decoded(phase: str, dataset: Dataset, kernels: HostKe
     ("name", "mirror"),
     [
         ("Student", program._Student),
+        ("Overdraw", program._Overdraw),
         ("Shared", program._Shared),
         ("Trained", optim.Trained),
         ("Steps", optim._Steps),
