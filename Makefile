@@ -36,9 +36,10 @@ help:
 demo: $(VENV)/installed
 	$(BIN)/mobilegs demo --output demo
 
-# each process takes whole files of tests on one thread, since small tensors gain little from two
+# each process takes whole files of tests on one thread, since small tensors gain little from two;
+# types and shapes of all arguments are checked
 PYTEST = OMP_NUM_THREADS=1 $(BIN)/python -m pytest --numprocesses auto --dist loadfile \
-	--no-loadscope-reorder
+	--no-loadscope-reorder --jaxtyping-packages=mobilegs,beartype.beartype
 
 # lint runs beside the tests, and pytest's summary comes last
 test: $(VENV)/installed viewer/node_modules/.package-lock.json
@@ -46,9 +47,9 @@ test: $(VENV)/installed viewer/node_modules/.package-lock.json
 	$(PYTEST) $(PYTEST_ARGS) || failed=1; \
 	wait $$lint || { echo "formatting, lint or types failed: make lint" >&2; failed=1; }; exit $$failed
 
-# all tests, and the shapes of all arguments are checked
+# all tests; PYTEST_ARGS=--rest leaves out those that `make test` has just passed
 test-all: $(VENV)/installed viewer/node_modules/.package-lock.json
-	@$(PYTEST) --thorough --jaxtyping-packages=mobilegs,beartype.beartype $(PYTEST_ARGS)
+	@$(PYTEST) --thorough $(PYTEST_ARGS)
 
 # the affected tests as on other machines: without a GPU, a browser, the network, privileges, UTF-8
 test-states: $(VENV)/installed viewer/node_modules/.package-lock.json

@@ -2,7 +2,7 @@
 
 `make test` leaves tests marked `thorough` to `make test-all`, which passes `--thorough`; the mark
 `quick` keeps a test of a thorough file. A test that is named by itself (`tests/x.py::test_y`)
-always runs.
+always runs. With `--rest` those that passed in the last run without it do not run again.
 """
 
 import re
@@ -36,26 +36,40 @@ def few(cases: Iterable[Any], *kept: Any, where: Callable[[Any], bool] | None = 
 
 def pytest_addoption(parser: pytest.Parser) -> None:
     parser.addoption("--thorough", action="store_true", help="run the tests marked thorough, too")
+    parser.addoption("--rest", action="store_true", help="only what did not pass in the last run")
 
 
 def pytest_configure(config: pytest.Config) -> None:
-    config.stash[LEFT] = 0
+    config.stash[LEFT] = Counter()
 
 
-LEFT = pytest.StashKey[int]()
+LEFT = pytest.StashKey[Counter[str]]()  # tests that were left out, by reason
+PASSED = "mobilegs/passed"  # in pytest's cache
 
 
 def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item]) -> None:
     """Leave thorough tests out, and put the files that take longest first."""
     named = any("::" in argument for argument in config.args)
     if not config.getoption("--thorough") and not named:
-        left = [item for item in items if _is_thorough(item)]
-        items[:] = [item for item in items if not _is_thorough(item)]
-        config.hook.pytest_deselected(items=left)
-        config.stash[LEFT] = len(left)
+        _leave_out(items, _is_thorough, "are thorough (make test-all)", config)
+    if config.getoption("--rest"):
+        passed = set(config.cache.get(PASSED, []))  # pyright: ignore[reportOptionalMemberAccess]
+        _leave_out(items, lambda item: item.nodeid in passed, "passed before", config)
     root = config.rootpath / "tests"
     places = {root / name: place for place, name in enumerate(LONGEST)}
     items.sort(key=lambda item: places.get(item.path, len(places)))
+
+
+def _leave_out(
+    items: list[pytest.Item],
+    which: Callable[[pytest.Item], bool],
+    reason: str,
+    config: pytest.Config,
+) -> None:
+    left = [item for item in items if which(item)]
+    items[:] = [item for item in items if not which(item)]
+    config.hook.pytest_deselected(items=left)
+    config.stash[LEFT][reason] = len(left)
 
 
 def _is_thorough(item: pytest.Item) -> bool:
@@ -64,14 +78,14 @@ def _is_thorough(item: pytest.Item) -> bool:
 
 def pytest_sessionfinish(session: pytest.Session) -> None:
     if (output := getattr(session.config, "workeroutput", None)) is not None:
-        output["left"] = session.config.stash[LEFT]
+        output["left"] = dict(session.config.stash[LEFT])
 
 
 @pytest.hookimpl(optionalhook=True)
 def pytest_testnodedown(node: Any) -> None:
     """Take the count from a process of pytest-xdist; all collect the same tests."""
     if left := getattr(node, "workeroutput", {}).get("left"):
-        node.config.stash[LEFT] = left
+        node.config.stash[LEFT] = Counter(left)
 
 
 @pytest.hookimpl(trylast=True)
@@ -82,8 +96,11 @@ def pytest_terminal_summary(terminalreporter: Any, config: pytest.Config) -> Non
         text = report.longrepr[2] if isinstance(report.longrepr, tuple) else str(report.longrepr)
         found = NEEDS.fullmatch(text.strip())
         reasons[f"need {found[1]}" if found else text.removeprefix("Skipped: ")] += 1
-    if left := config.stash[LEFT]:
-        reasons["are thorough (make test-all)"] = left
+    reasons += config.stash[LEFT]
+    cache = getattr(config, "cache", None)  # -p no:cacheprovider
+    if cache and not config.getoption("--rest"):
+        passed = terminalreporter.stats.get("passed", [])
+        cache.set(PASSED, [report.nodeid for report in passed])
     if reasons:
         told = ", ".join(f"{count} {reason}" for reason, count in reasons.most_common())
         terminalreporter.write_line(f"not run: {told}")
