@@ -46,7 +46,7 @@ def recipe_of(place: BenchCapture, row: Row, options: argparse.Namespace) -> Rec
         recipe = with_settings(recipe, place.settings_3dgs)
     if options.steps:
         recipe = with_steps(recipe, options.steps)
-    metric = f"teacher.mini_splatting.metric={place.metric}"
+    metric = f"teacher.importance={place.metric}"
     return with_settings(recipe, (metric, *row.settings, *options.set))
 
 

@@ -27,8 +27,10 @@ from bench.paper.claims import (
     base_of,
     claimed_base,
 )
+from bench.paper.printed_bytes import readings
 from bench.paper.rows import ROWS
 from bench.record import filled
+from mobilegs.train.recipes import RECIPES
 
 ROOT = Path(__file__).parents[2]
 PAGE = ROOT / "docs/explanation/paper.md"
@@ -378,7 +380,14 @@ def departures(cells: list[dict]) -> list[str]:
     return table(headings, rows, words=4)
 
 
-LONG_ROWS = ("teacher", "ours", "ours-sorted", "paper", "paper-no-order-independence", "release")
+def printed_bytes() -> list[str]:
+    """Return the table of the paper's printed sizes against two readings of its codebooks."""
+    headings = ["entries", "printed, MiB", "eight codebooks (`paper`)", "five codebooks"]
+    return table(headings, readings(RECIPES["paper"]().student.quantization.codebooks), words=1)
+
+
+LONG_ROWS = ("teacher", "ours", "ours-sorted", "release", "paper", "paper-no-order-independence")
+LONG_ROWS += ("early-codes", "early-codes-sorted")
 
 
 def long_runs(cells: list[dict]) -> list[str]:
@@ -483,6 +492,7 @@ def main() -> None:
     for page, name, lines in (
         (PAGE, "claims", claims(cells)),
         (SETTINGS, "departures", departures(cells)),
+        (SETTINGS, "bytes", printed_bytes()),
     ):
         page.write_text(filled(page.read_text(), name, "\n".join(lines).strip()))
     plot(cells)

@@ -333,6 +333,16 @@ THEIRS: dict[str, Row] = {
 # the paper's own model, and every line of its ablations
 PAPERS: dict[str, Row] = {
     "paper": Row("paper", "the preset paper's choices"),
+    "early-codes": Row(
+        "paper",
+        "the same, but five codebooks that are fixed from a sixth of the run on",
+        archived=True,
+    ),
+    "early-codes-sorted": Row(
+        "paper",
+        "`early-codes` blended sorted, the network's opacities kept, without phi",
+        archived=True,
+    ),
     "paper-no-order-independence": Row(
         "paper",
         "blended sorted, the network's opacities kept, without phi",
@@ -378,11 +388,8 @@ PAPERS: dict[str, Row] = {
     **{
         f"paper-codebook-{bits}": Row(
             "paper",
-            f"2^{bits} entries in each codebook",
-            tuple(
-                f"student.quantization.codebooks.{name}={2**bits}"
-                for name in ("scale", "rotation", "appearance")
-            ),
+            f"2^{bits} entries for each pair of colour latents",
+            (f"student.quantization.codebooks.appearance={2**bits}",),
         )
         for bits in (6, 8, 12)
     },

@@ -236,6 +236,13 @@ def announce(job: Job) -> None:
         )
         text += job.pace.plan.memory_note
     job.monitor.note(text)
+    teacher = recipe.teacher
+    if not job.run.teacher and teacher.densify.strategy == "mini_splatting":
+        other = {"indoor": "outdoor", "outdoor": "indoor"}[teacher.importance]
+        job.monitor.note(
+            f"Mini-Splatting weighs Gaussians as in {teacher.importance} captures "
+            f"(else: --set teacher.importance={other})"
+        )
 
 
 def train_teacher(job: Job) -> None:

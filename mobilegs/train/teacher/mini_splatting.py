@@ -17,7 +17,7 @@ from mobilegs.train.teacher.densify import CloneSplit, DensifyConfig
 from mobilegs.train.teacher.importance import Metric, importance, importance_mask, sample_rows
 from mobilegs.train.teacher.init import gaussians_at
 from mobilegs.train.teacher.surface_points import surface_points
-from mobilegs.validation import POSITIVE, SHARE, check, check_choice
+from mobilegs.validation import POSITIVE, SHARE, check
 
 Event = Literal["", "densify", "reinit", "sample", "trim"]
 BLUR_AREA = 1 / 5000  # share of an image: a Gaussian with the largest weight in more is split
@@ -40,9 +40,6 @@ class MiniSplattingConfig:
     """Gaussians after a restart, in multiples of max_splats (3.5 million of 1 million)."""
     peak_splats: float = 4.5
     """Maximum of Gaussians during densification, in multiples of max_splats."""
-    metric: Metric = "indoor"
-    """Importance of Gaussians: `indoor` sums their weights in all pixels, `outdoor` averages them
-    over the pixels that they touch, which favours small and distant ones."""
     sampled: float = 0.5
     """Share of the Gaussians with importance above 0 that are sampled when densification ends."""
     trim_keeps: float = 0.99
@@ -50,7 +47,6 @@ class MiniSplattingConfig:
     two thirds of the run (20,000 of 30,000)."""
 
     def __post_init__(self) -> None:
-        check_choice("metric", self.metric, Metric)
         check(
             self,
             **dict.fromkeys(("reinit_splats", "peak_splats"), POSITIVE),
@@ -70,6 +66,7 @@ class MiniSplatting(CloneSplit):
         opacity: float,
         sh_degree: int,
         footprint: Footprint,
+        metric: Metric,
         steps: int,
         extent: float,
         max_splats: int,
@@ -78,8 +75,8 @@ class MiniSplatting(CloneSplit):
     ) -> None:
         """`frames` are the training photos, `opacity` is that of restarted Gaussians.
 
-        `sh_degree` is the final SH degree, `footprint` that of the scene. The other arguments are
-        those of `CloneSplit`.
+        `sh_degree` is the final SH degree, `footprint` that of the scene, `metric` that of
+        importance. The other arguments are those of `CloneSplit`.
         """
         super().__init__(
             config,
@@ -91,6 +88,7 @@ class MiniSplatting(CloneSplit):
         )
         self.mini, self.frames, self.opacity = mini, frames, opacity
         self.footprint = footprint
+        self.metric: Metric = metric
         self.final_splats = max_splats
         self.sh_delayed = self.stop > 0
         self.columns = (sh_degree + 1) ** 2 - 1
@@ -202,7 +200,7 @@ class MiniSplatting(CloneSplit):
 
     def _importance(self, adam: NamedAdam) -> Float[Tensor, "n"]:
         cameras = [frame.camera for frame in self.frames]
-        return importance(constant_color(adam), cameras, self.mini.metric, self.footprint)
+        return importance(constant_color(adam), cameras, self.metric, self.footprint)
 
 
 def constant_color(adam: NamedAdam) -> Gaussians:

@@ -27,11 +27,21 @@ from mobilegs.train.sampling import LIMIT_EVERY, limit_scales
 from mobilegs.train.stage import StepResult
 from mobilegs.train.teacher.densify import CloneSplit, DensifyConfig, Fixed
 from mobilegs.train.teacher.far import hidden_far
+from mobilegs.train.teacher.importance import Metric
 from mobilegs.train.teacher.init import initial_gaussians
 from mobilegs.train.teacher.mcmc import Mcmc
 from mobilegs.train.teacher.mini_splatting import MiniSplatting, MiniSplattingConfig
 from mobilegs.train.times import ROUNDING, Times
-from mobilegs.validation import COUNT, DEGREE, FRACTION, NOT_NEGATIVE, POSITIVE, SHARE, check
+from mobilegs.validation import (
+    COUNT,
+    DEGREE,
+    FRACTION,
+    NOT_NEGATIVE,
+    POSITIVE,
+    SHARE,
+    check,
+    check_choice,
+)
 
 INIT_OPACITY = 0.1  # of initial Gaussians, and after restarts of mini_splatting
 MEANS_LR_RATIO = 100  # of the means' learning rate at the start to that at the end
@@ -118,6 +128,11 @@ class TeacherConfig:
     """Adding and removing of Gaussians."""
     mini_splatting: MiniSplattingConfig = field(default_factory=MiniSplattingConfig)
     """Additional settings of the strategy mini_splatting."""
+    importance: Metric = "indoor"
+    """Importance of Gaussians, by which mini_splatting samples: `indoor` sums their weights in all
+    pixels, `outdoor` averages them over the pixels that they touch, which favours small and distant
+    ones. Mini-Splatting uses `outdoor` for the outdoor captures of Mip-NeRF 360 and for Tanks and
+    Temples."""
     min_views: int = 2
     """Gaussians in the sight of fewer training cameras are removed in the last step: their depth is
     undetermined, and from other places they can cover the view."""
@@ -140,6 +155,7 @@ class TeacherConfig:
             **dict.fromkeys(("ssim_weight", "far_visibility"), FRACTION),
             sh_degree=DEGREE,
         )
+        check_choice("importance", self.importance, Metric)
 
     @property
     def scene_footprint(self) -> Footprint:
@@ -439,6 +455,7 @@ class Teacher:
             return CloneSplit(densify, **run, **start)
         begin = {"frames": self.frames, "opacity": INIT_OPACITY}
         begin |= {"sh_degree": self.degree_max, "footprint": config.scene_footprint}
+        begin["metric"] = config.importance
         return MiniSplatting(densify, config.mini_splatting, **run, **start, **begin)
 
     def _remove_far(self) -> None:
