@@ -84,6 +84,7 @@ CAPTURES: dict[str, BenchCapture] = {
     "bonsai-800": BenchCapture("full", ("bonsai",), 1),
     "horns-499": BenchCapture("full", ("llff_horns",), 1),
     "lego-800": BenchCapture("full", ("lego",), 1),
+    "south-1208": BenchCapture("full", ("south_building",), 1, "outdoor"),
 }
 # what a student shows where no photo was taken
 CAPTURES |= {

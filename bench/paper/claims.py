@@ -24,13 +24,13 @@ LINES: dict[str, tuple[Line, ...]] = {
             "without order independence",
             0.14,
             "684 frames/s, not 1125",
-            ("paper-no-order-independence", "no-order-independence"),
+            ("release-sorted", "paper-no-order-independence", "no-order-independence"),
         ),
         Line(
             "without view dependence",
             -0.44,
             "1227 frames/s",
-            ("paper-no-view-dependence", "no-view-dependence"),
+            ("release-no-view-dependence", "paper-no-view-dependence", "no-view-dependence"),
         ),
         Line(
             "without vector quantisation",
@@ -45,7 +45,12 @@ LINES: dict[str, tuple[Line, ...]] = {
         Line("SH of degree 3", 0.03, "9.6 MB", ("paper-sh-3", "sh-3")),
     ),
     "pruning": (
-        Line("no pruning", 0.10, "560k Gaussians, not 470k", ("paper-no-pruning", "no-pruning")),
+        Line(
+            "no pruning",
+            0.10,
+            "560k Gaussians, not 470k",
+            ("release-no-votes", "paper-no-pruning", "no-pruning"),
+        ),
         Line(
             "votes by opacity only",
             -0.28,
@@ -65,8 +70,18 @@ LINES: dict[str, tuple[Line, ...]] = {
         Line("MaskGaussian, on Mini-Splatting", -0.08, "840k Gaussians, not 1.21M", ("masks",)),
     ),
     "codebooks": (
-        Line("2^6 codewords", -1.60, "3.84 MB", ("paper-codebook-6", "codebook-6")),
-        Line("2^8 codewords", -0.29, "4.2 MB", ("paper-codebook-8", "codebook-8")),
+        Line(
+            "2^6 codewords",
+            -1.60,
+            "3.84 MB",
+            ("release-codebook-6", "paper-codebook-6", "codebook-6"),
+        ),
+        Line(
+            "2^8 codewords",
+            -0.29,
+            "4.2 MB",
+            ("release-codebook-8", "paper-codebook-8", "codebook-8"),
+        ),
         Line("2^12 codewords", 0.03, "7.9 MB", ("paper-codebook-12", "codebook-12")),
     ),
     "rivals": (
@@ -84,8 +99,9 @@ LONG = 10_000  # student steps from which on a comparison counts
 
 def base_of(name: str) -> str:
     """Return the row that a row is compared with."""
-    if name.startswith("early-codes"):
-        return "early-codes"
+    for base in ("early-codes-", "release-"):
+        if name.startswith(base):
+            return base[:-1]
     return "paper" if ROWS[name].table == "paper" else BASE
 
 

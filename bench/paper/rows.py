@@ -57,6 +57,8 @@ class Row:
     """False for the teacher itself."""
     method: Method = PAPER_METHOD
     """Its weights and votes, where they are not the paper's."""
+    fork: str = ""
+    """A row whose student it shares until values are quantised; that row must be made first."""
     archived: bool = False
     """True: its cells are kept, but only the commit ARCHIVED can make it."""
 
@@ -395,10 +397,39 @@ PAPERS: dict[str, Row] = {
     },
 }
 
+# the release's model: what a part of it is worth
+RELEASES: dict[str, Row] = {
+    "release": Row("paper", "the preset release's choices"),
+    "release-sorted": Row(
+        "paper",
+        "`release` blended sorted, the network's opacities kept, without phi",
+        ("student.blend=sorted",),
+    ),
+    "release-no-view-dependence": Row(
+        "paper",
+        "`release`, opacity and phi of each Gaussian the same in every direction",
+        (
+            "student.view_dependence.kind=latent",
+            "student.view_dependence.degree=0",
+            "student.lr.opacities=0.01",
+        ),
+    ),
+    "release-no-votes": Row("paper", "`release` without votes", NO_VOTES),
+    **{
+        f"release-codebook-{bits}": Row(
+            "paper",
+            f"`release`, 2^{bits} entries for each pair of colour latents",
+            (f"student.quantization.codebooks.appearance={2**bits}",),
+            fork="release",
+        )
+        for bits in (6, 8)
+    },
+}
+
 ROWS = (
     OURS
     | {name: replace(row, settings=(*CODEBOOKS, *row.settings)) for name, row in THEIRS.items()}
     | {name: replace(row, settings=(*PAPER, *row.settings)) for name, row in PAPERS.items()}
-    | {"release": Row("paper", "the preset release's choices", RELEASE)}
+    | {name: replace(row, settings=(*RELEASE, *row.settings)) for name, row in RELEASES.items()}
 )
 BASE = "codebooks"  # the row that the paper's tables start from

@@ -20,6 +20,7 @@ import argparse
 import json
 import os
 import platform
+import shutil
 import signal
 import statistics
 import sys
@@ -65,8 +66,9 @@ from mobilegs.render.scene import Scene
 from mobilegs.train.distributed import Team
 from mobilegs.train.loop import train_stage
 from mobilegs.train.monitor import Monitor
-from mobilegs.train.run_dir import RunDir
+from mobilegs.train.run_dir import Checkpoint, RunDir, StopRequest
 from mobilegs.train.stage import Stage
+from mobilegs.train.student.trainer import Student
 from mobilegs.train.teacher.trainer import Teacher
 
 TIMED_VIEWS = 16
@@ -74,6 +76,7 @@ TIMED_FRAMES = 4  # of each; the first one warms up
 USUAL = ["teacher", "ours", BASE]
 ARC = 8  # an arc has every ARC-th photo
 FRONT_EVERY = 3  # light lost in front is measured in every 3rd held-back photo
+FORK = "before_quantization"  # of a cell: the folder of a checkpoint
 FEW_LPIPS = 4  # with --few-lpips, LPIPS of every 4th held-back photo
 
 
@@ -90,8 +93,46 @@ class Work:
     options: argparse.Namespace
 
 
-def trained(stage: Stage, folder: Path, work: Work, *, order_seed: int) -> float:
-    """Train a stage, from its checkpoint if there is one; return the seconds of all sessions."""
+@dataclass(frozen=True)
+class KeepFork:
+    """Keeps the student as it is before quantisation, for rows that go on from there."""
+
+    folder: Path
+    monitor: Monitor
+
+    def show(self, dataset: Dataset) -> None:
+        """Do nothing: there is nothing to see."""
+
+    def after_step(self, stage: Stage, stop: StopRequest) -> None:
+        """Save the state after the last step without quantisation."""
+        if isinstance(stage, Student) and stage.phase == "quantized" != stage.model.phase:
+            self.folder.mkdir(exist_ok=True)
+            monitor = self.monitor
+            state = Checkpoint(stage.name, stage.state(), monitor.seconds, monitor.rows)
+            RunDir(self.folder).save_checkpoint(state)
+
+
+def begin_fork(name: str, seed: int, folder: Path, work: Work) -> None:
+    """Give a row that shares another one's student the checkpoint of that, before its first step.
+
+    Raises InputError if the other row has not come so far.
+    """
+    own = RunDir(folder).checkpoint
+    of = folder_of(ROWS[name].fork, work.name, work.place, seed, work.options) / FORK
+    if own.exists():
+        return
+    if not RunDir(of).checkpoint.exists():
+        raise InputError(f"make the row {ROWS[name].fork} first: {of} has no checkpoint")
+    shutil.copyfile(RunDir(of).checkpoint, own)
+
+
+def trained(
+    stage: Stage, folder: Path, work: Work, *, order_seed: int, keep: bool = False
+) -> float:
+    """Train a stage, from its checkpoint if there is one; return the seconds of all sessions.
+
+    `keep` keeps the state before quantisation.
+    """
     run_dir = RunDir(folder)
     folder.mkdir(parents=True, exist_ok=True)
     run_dir.previews.mkdir(exist_ok=True)
@@ -106,6 +147,7 @@ def trained(stage: Stage, folder: Path, work: Work, *, order_seed: int) -> float
             resume_from=saved,
             order_seed=order_seed,
             preview_frame=work.dataset.test[0],
+            live=KeepFork(folder / FORK, monitor) if keep else None,
         )
         return monitor.seconds[stage.name]
 
@@ -212,7 +254,10 @@ def cell(name: str, seed: int, folder: Path, work: Work, lpips: LpipsSuite | Non
     cameras = [frame.camera for frame in dataset.train]
     student = student_class(row.method)
     stage = student(recipe.student, teacher, cameras, extent=dataset.extent, seed=seed)
-    spent = trained(stage, folder, work, order_seed=2 * seed + 1)
+    if row.fork:
+        begin_fork(name, seed, folder, work)
+    keep = any(other.fork == name for other in ROWS.values())
+    spent = trained(stage, folder, work, order_seed=2 * seed + 1, keep=keep)
     if row.coded:
         path = folder / "scene.mgs"
         write_mgs(path, stage.quantized_scene(views=cameras[:1]))

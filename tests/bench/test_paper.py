@@ -2,6 +2,7 @@
 
 import argparse
 import json
+import shutil
 from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
@@ -91,6 +92,24 @@ def test_rows_become_cells_and_cells_a_table(bench: Bench, tmp_path: Path) -> No
     assert "## blobs, 24x20, 10 + 10 steps" in text
     base, two_pass = (cells[f"{name} 0"]["psnr"] for name in ("codebooks", "two-pass"))
     assert f"| {two_pass:.2f} | {two_pass - base:+.2f} |" in text  # codebooks of the same seed
+
+
+@pytest.mark.thorough
+def test_a_row_that_shares_a_student_is_what_it_is_by_itself(
+    bench: Bench, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    name = "release-codebook-6"
+    settings = ("--set", "student.schedule.quantize_from=0.7")
+    with pytest.raises(SystemExit, match=f"not done.*blobs {name} 0"):
+        bench("--rows", name, *settings)
+    shared = bench("--rows", "release", name, *settings)[f"{name} 0"]
+    [folder] = tmp_path.glob(f"runs/blobs/{name}-*")
+    made = (folder / "scene.mgs").read_bytes()
+    shutil.rmtree(folder)
+    monkeypatch.setitem(ROWS, name, replace(ROWS[name], fork=""))
+    alone = bench("--rows", name, *settings)[f"{name} 0"]
+    assert (folder / "scene.mgs").read_bytes() == made
+    assert alone["psnr"] == shared["psnr"] and shared["bytes"] == len(made)
 
 
 @pytest.mark.thorough
