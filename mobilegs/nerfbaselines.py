@@ -97,6 +97,8 @@ def capture_of(dataset: Mapping[str, Any]) -> Dataset:
 def recipe_of(hparams: Mapping[str, Any]) -> Recipe:
     """Return the recipe of a preset, of `steps` in total, with settings by their paths.
 
+    Values may be texts, as a command line has them.
+
     Raises InputError for an unknown preset or setting.
     """
     name = hparams["preset"]
@@ -108,7 +110,11 @@ def recipe_of(hparams: Mapping[str, Any]) -> Recipe:
     own = (*DEFAULTS, "steps")
     return with_settings(
         recipe,
-        [f"{path}={json.dumps(value)}" for path, value in hparams.items() if path not in own],
+        [
+            f"{path}={value if isinstance(value, str) else json.dumps(value)}"
+            for path, value in hparams.items()
+            if path not in own
+        ],
     )
 
 
@@ -135,6 +141,7 @@ class MobileGS:
         self.checkpoint = None if checkpoint is None else Path(checkpoint)
         state = {} if self.checkpoint is None else read_state(self.checkpoint / CHECKPOINT)
         self.hparams = state.get("hparams", DEFAULTS) | dict(config_overrides or {})
+        self.seed = int(self.hparams["seed"])
         self.recipe = recipe_of(self.hparams)
         self.loader: ViewLoader | None = None
         if train_dataset is not None:
@@ -192,7 +199,7 @@ class MobileGS:
         if isinstance(self.stage, Teacher) and self.stage.done == self.stage.steps:
             self.teacher = self.stage.scene()
             self.stage = self._begin()
-        seed = 2 * self.hparams["seed"] + isinstance(self.stage, Student)
+        seed = 2 * self.seed + isinstance(self.stage, Student)
         with torch_on_one_thread(wanted=self.stage.runs_kernels):
             result = self.stage.advance(next_views(self.stage, self.loader, self.team, seed))
         psnr = -10 * math.log10(max(float(result.mse), 1e-10))
@@ -234,7 +241,7 @@ class MobileGS:
 
     def _begin(self, *, restored: bool = False) -> Teacher | Student:
         """Return the first stage, or the student of a teacher; a restored one has its exposures."""
-        seed, capture, team = self.hparams["seed"], self.capture, self.team
+        seed, capture, team = self.seed, self.capture, self.team
         if self.teacher is None:
             config = self.recipe.teacher
             if (

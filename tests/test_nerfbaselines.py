@@ -93,7 +93,7 @@ def test_the_finished_training_shows_its_file(
     np.testing.assert_allclose(shown, file.clamp(0, 1).numpy(), atol=1 / 254)
 
 
-@pytest.mark.parametrize("steps", [7, 17])  # of the teacher, and of the student
+@pytest.mark.parametrize("steps", [7, 17, 23])  # of the teacher, of the student, once quantised
 def test_a_checkpoint_renders_the_same_and_goes_on_to_the_same_file(
     steps: int, trained: MobileGS, data: dict[str, Any], tmp_path: Path
 ) -> None:
@@ -141,6 +141,14 @@ def test_wrong_settings_are_refused(
 ) -> None:
     with pytest.raises(InputError, match=told):
         MobileGS(train_dataset=data, config_overrides=settings)
+
+
+def test_settings_may_be_texts_as_on_a_command_line(data: dict[str, Any]) -> None:
+    texts = {name: str(value) for name, value in (SETTINGS | {"seed": 3}).items()}
+    method = MobileGS(train_dataset=data, config_overrides=texts)
+    assert method.get_info()["num_iterations"] == STEPS and method.seed == 3
+    assert method.recipe.teacher.max_splats == 60
+    method.close()
 
 
 def test_steps_come_in_their_order(data: dict[str, Any]) -> None:

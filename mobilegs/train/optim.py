@@ -230,8 +230,9 @@ class NamedAdam:
         device = next((tensor.device for tensor in self.tensors.values()), None)
         for name in self.tensors.keys() - state.keys():
             self.drop(name)
-        for name in sorted(state.keys() - self.tensors.keys()):
+        for name in (name for name in state if name not in self.tensors):
             self.add(name, state[name]["value"].to(device), state[name]["lr"])
+        self.tensors = {name: self.tensors[name] for name in state}  # the next state is the same
         for name, tensor in list(self.tensors.items()):
             saved = state[name]
             if tensor.shape == saved["value"].shape:
