@@ -24,6 +24,7 @@ LEVELS: list[set[str]] = [
     {"synthetic_capture"},
     {"edit"},
     {"train"},
+    {"nerfbaselines"},
     {"view"},
     {"live"},
     {"pipeline"},

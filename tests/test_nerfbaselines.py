@@ -93,6 +93,7 @@ def test_the_finished_training_shows_its_file(
     np.testing.assert_allclose(shown, file.clamp(0, 1).numpy(), atol=1 / 254)
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize("steps", [7, 17, 23])  # of the teacher, of the student, once quantised
 def test_a_checkpoint_renders_the_same_and_goes_on_to_the_same_file(
     steps: int, trained: MobileGS, data: dict[str, Any], tmp_path: Path
