@@ -250,12 +250,12 @@ def cell(name: str, seed: int, folder: Path, work: Work, lpips: LpipsSuite | Non
         scene, seconds, ply = teacher_of(row, seed, work)
         size = ply.stat().st_size
         return of | {"seconds": round(seconds), "bytes": size, **figures(scene, work, lpips)}
+    if row.fork:
+        begin_fork(name, seed, folder, work)
     teacher, seconds, ply = teacher_of(row, options.teacher_seed, work)
     cameras = [frame.camera for frame in dataset.train]
     student = student_class(row.method)
     stage = student(recipe.student, teacher, cameras, extent=dataset.extent, seed=seed)
-    if row.fork:
-        begin_fork(name, seed, folder, work)
     keep = any(other.fork == name for other in ROWS.values())
     spent = trained(stage, folder, work, order_seed=2 * seed + 1, keep=keep)
     if row.coded:
