@@ -67,7 +67,7 @@ CAPTURES: dict[str, BenchCapture] = {
         ("db", "deep_blending", "tandt_db/db"),
         dict.fromkeys(("drjohnson", "playroom"), ("indoor", None)),
     ),
-    # small enough for two cores; then the same captures at full size for a GPU
+    # small enough for two cores; full photos with a small budget; full size for a GPU
     "bonsai-400": BenchCapture(
         "small", ("bonsai",), 2, preset="short", settings=_small_budget(100_000)
     ),
@@ -80,6 +80,12 @@ CAPTURES: dict[str, BenchCapture] = {
     ),
     "south-604": BenchCapture(
         "small", ("south_building",), 2, "outdoor", preset="short", settings=_small_budget(120_000)
+    ),
+    "bonsai-800-short": BenchCapture(
+        "medium", ("bonsai",), 1, preset="short", settings=_small_budget(100_000)
+    ),
+    "south-1208-short": BenchCapture(
+        "medium", ("south_building",), 1, "outdoor", preset="short", settings=_small_budget(120_000)
     ),
     "bonsai-800": BenchCapture("full", ("bonsai",), 1),
     "horns-499": BenchCapture("full", ("llff_horns",), 1),

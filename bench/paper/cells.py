@@ -37,10 +37,11 @@ SETTINGS, CELL, ERROR = "settings.json", "cell.json", "error.txt"
 def recipe_of(place: BenchCapture, row: Row, options: argparse.Namespace) -> Recipe:
     """Return the preset changed by the capture, `--steps`, the row and `--set`, in this order.
 
-    All rows cover pixels as 3DGS does, so that they can share a teacher.
+    Classic rows cover pixels as 3DGS does, so that they can share a teacher.
     """
     recipe = with_method(RECIPES[place.preset](), row.teacher)
-    recipe = with_settings(recipe, (*CLASSIC_TEACHER, *CLASSIC_STUDENT))
+    if row.classic:
+        recipe = with_settings(recipe, (*CLASSIC_TEACHER, *CLASSIC_STUDENT))
     recipe = with_settings(recipe, place.settings)
     if row.teacher == "3dgs":
         recipe = with_settings(recipe, place.settings_3dgs)
@@ -94,6 +95,7 @@ def teacher_folder(
 ) -> Path:
     """Return a teacher's folder; rows with the same teacher share it."""
     words = ["teacher", row.teacher, str(steps), str(seed)]
+    words += [] if row.classic else ["default"]
     words += suffixes(place.protocol, 0, changed_settings(options, student=False))
     return options.runs / scene / "-".join(words)
 

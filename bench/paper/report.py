@@ -42,6 +42,7 @@ SHOWN_DB = 7  # below the best row
 SMALL = ("bonsai-400", "horns-250", "lego-200")
 TITLES = {
     "main": "Teacher and students",
+    "default": "The default as it ships",
     "ablation": "What each part is worth",
     "pruning": "Pruning",
     "codebooks": "Codebooks",
@@ -450,7 +451,7 @@ def plot(cells: list[dict]) -> None:
     figure, axes = plt.subplots(
         lines, columns, figsize=(5 * columns, 3.8 * lines), squeeze=False, layout="constrained"
     )
-    looks = {kind: dict(marker=mark) for kind, mark in zip(TITLES, "*osD^vP", strict=True)}
+    looks = {kind: dict(marker=mark) for kind, mark in zip(TITLES, "*XosD^vP", strict=True)}
     for i, look in enumerate(looks.values()):
         look["color"] = f"C{i}"
     for axis in axes.flat[len(runs) :]:

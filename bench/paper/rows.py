@@ -59,6 +59,9 @@ class Row:
     """Its weights and votes, where they are not the paper's."""
     fork: str = ""
     """A row whose student it shares until values are quantised; that row must be made first."""
+    classic: bool = True
+    """True: teacher and student cover pixels as 3DGS does, so that all such rows share a teacher.
+    False: as the preset says."""
     archived: bool = False
     """True: its cells are kept, but only the commit ARCHIVED can make it."""
 
@@ -397,6 +400,21 @@ PAPERS: dict[str, Row] = {
     },
 }
 
+# the default as it ships, and its sorted twins, for the table at equal bytes
+DEFAULTS: dict[str, Row] = {
+    "default-teacher": Row(
+        "default", "the default's teacher", coded=False, student=False, classic=False
+    ),
+    "default": Row("default", "the default as it ships, antialiased", classic=False),
+    "default-sorted": Row("default", "the same, blended sorted", SORTED, classic=False),
+    "default-sorted-sh-2": Row(
+        "default",
+        "blended sorted, SH of degree 2 from nine latents",
+        (*SORTED, "student.color.degree=2", "student.color.latents=9"),
+        classic=False,
+    ),
+}
+
 # the release's model: what a part of it is worth
 RELEASES: dict[str, Row] = {
     "release": Row("paper", "the preset release's choices"),
@@ -415,6 +433,11 @@ RELEASES: dict[str, Row] = {
         ),
     ),
     "release-no-votes": Row("paper", "`release` without votes", NO_VOTES),
+    "release-network-eps": Row(
+        "paper",
+        "`release`, 1e-8 as the epsilon of the network's Adam, which is the release's",
+        method=Method(network_eps=1e-8),
+    ),
     **{
         f"release-codebook-{bits}": Row(
             "paper",
@@ -428,6 +451,7 @@ RELEASES: dict[str, Row] = {
 
 ROWS = (
     OURS
+    | DEFAULTS
     | {name: replace(row, settings=(*CODEBOOKS, *row.settings)) for name, row in THEIRS.items()}
     | {name: replace(row, settings=(*PAPER, *row.settings)) for name, row in PAPERS.items()}
     | {name: replace(row, settings=(*RELEASE, *row.settings)) for name, row in RELEASES.items()}
