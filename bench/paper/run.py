@@ -50,6 +50,7 @@ from bench.paper.cells import (
 from bench.paper.huffman import huffman_bytes
 from bench.paper.rows import ARCHIVED, BASE, ROWS, Row
 from bench.paper.student import student_class
+from bench.record import commit
 from mobilegs.atomic import atomic_write
 from mobilegs.camera import Camera
 from mobilegs.csrc.binding import kernel_build
@@ -268,6 +269,9 @@ def cell(name: str, seed: int, folder: Path, work: Work, lpips: LpipsSuite | Non
         scene = stage.scene()
         size = float_bytes(scene)
     found = of | {"teacher_seconds": round(seconds), "seconds": round(spent), "bytes": size}
+    if row.coded and scene.network is not None:  # the file rounds it to float16
+        exact = evaluate(replace(scene, network=stage.model.network), dataset)
+        found["psnr_float32_network"] = exact["psnr"]
     found["teacher_crc"] = zlib.crc32(ply.read_bytes())  # cells may be of several trainings of it
     found |= figures(scene, work, lpips, teacher)
     RunDir(folder).remove_checkpoint()
@@ -335,6 +339,7 @@ def measure(wanted: CellSpec, work: Work, lpips: LpipsSuite | None) -> None:
     known = reset_peak_memory(work.team.device)
     found = wanted.identity() | cell(wanted.row, wanted.seed, folder, work, lpips)
     found |= {"device": device_name(work.team), "date": time.strftime("%Y-%m-%d")}
+    found["commit"] = commit()
     if known:
         found["cell_peak_memory_mib"] = peak_memory_mib()
     atomic_write(folder / CELL, to_json(found) + "\n")
