@@ -66,6 +66,7 @@ from mobilegs.mgs.quantized_scene import QuantizedScene
 from mobilegs.render.scene import Scene
 from mobilegs.train.distributed import Team
 from mobilegs.train.loop import train_stage
+from mobilegs.train.memory import keep_freed_memory
 from mobilegs.train.monitor import Monitor
 from mobilegs.train.run_dir import Checkpoint, RunDir, StopRequest
 from mobilegs.train.stage import Stage
@@ -444,6 +445,7 @@ def main() -> None:
         sys.exit("say where the captures are: --data DIR, or MOBILEGS_DATA")
     options.data = Path(options.data)
     failed = []
+    keep_freed_memory()  # as `mobilegs train` does
     try:
         failed = run(options)
     except InputError as error:
