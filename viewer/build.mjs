@@ -21,8 +21,9 @@ import { writeTypes } from "./types.mjs";
 const here = fileURLToPath(new URL(".", import.meta.url));
 const root = join(here, "..");
 const { version } = JSON.parse(readFileSync(join(here, "package.json"), "utf8"));
-/** Scripts of workers. */
-const WORKERS = { worker: "load/worker.js", formats: "load/formats_worker.js", decoder: "package/decode_worker.js" };
+/** Scripts of workers, in pages and in the package. */
+const WORKERS = { worker: "load/worker.js", formats: "load/formats_worker.js" };
+const PACKAGE_WORKER = { worker: "package/decode_worker.js" };
 /** Texts in other languages than English. */
 const { en: _, LANGUAGES: __, ...languages } = texts;
 /** Parts of viewer.js that are loaded when they are needed. */
@@ -66,7 +67,9 @@ const smaller = {
     onLoad({ filter: /[\\/]style\.js$/ }, async ({ path }) => {
       const { STYLE } = await import(pathToFileURL(path).href);
       const { code } = await transform(STYLE, { loader: "css", minify: true });
-      return { contents: `export const STYLE = ${JSON.stringify(code.trim())};` };
+      const text = readFileSync(path, "utf8");
+      const [head, rest] = [text.slice(0, text.indexOf("`")), text.slice(text.lastIndexOf("`;") + 1)];
+      return { contents: head + JSON.stringify(code.trim()) + rest };
     });
     onLoad({ filter: /[\\/]template\.js$/ }, ({ path }) => ({
       contents: readFileSync(path, "utf8").replace(/\n\s+/g, "\n"),
@@ -129,7 +132,10 @@ for (const language of ["wgsl", "glsl"]) {
   modules[language] = JSON.stringify(Object.fromEntries(names));
 }
 modules.languages = JSON.stringify(languages);
-Object.assign(modules, await scripts(WORKERS, { format: "iife", globalName: "decoder" }));
+const [product = "view", output] = process.argv.slice(2);
+const isPackage = product === "npm";
+const workers = isPackage ? { ...WORKERS, ...PACKAGE_WORKER } : WORKERS;
+Object.assign(modules, await scripts(workers, { format: "iife", globalName: isPackage ? "decoder" : undefined }));
 for (const [name, text] of Object.entries(modules)) {
   modules[name] = `export const text = "${deflateSync(text, { level: 9, memLevel: 7 }).toString("base64")}";\n`;
 }
@@ -137,7 +143,8 @@ for (const [name, text] of Object.entries(modules)) {
 /** Files of the viewer's page. */
 async function page() {
   const entries = Object.fromEntries(["viewer.js", "preload.js", "edit.js", "live.js", ...PARTS].map((file) => [basename(file, ".js"), file]));
-  const { decoder: _, ...loaded } = { ...modules, ...(await scripts(entries, { plugins: [apart] })) };
+  /** @type {Record<string, string>} */
+  const loaded = { ...modules, ...(await scripts(entries, { plugins: [apart] })) };
   /** A script with the addresses of its parts, which change with their content: browsers may keep them. @param {string} name @returns {string} */
   const addressed = (name) =>
     loaded[name].replace(/(?<=import\("\.\/)(\w+)\.js/g, (file, part) => `${file}?${digest(addressed(part))}`);
@@ -188,6 +195,5 @@ async function writePackage(output) {
   writeTypes(Object.values(ENTRIES), join(output, "dist", "types"));
 }
 
-const [product = "view", output] = process.argv.slice(2);
-if (product === "npm") await writePackage(output ?? join(root, "build", "npm"));
+if (isPackage) await writePackage(output ?? join(root, "build", "npm"));
 else write(output ?? join(root, "mobilegs", "view", "dist"), await page());

@@ -26,14 +26,14 @@ export function writeTypes(files, output) {
   const all = new Map();
   program.emit(undefined, (path, text) => all.set(posix.relative("/src", path.replaceAll("\\", "/")), text));
   const waiting = files.map((file) => file.replace(/\.js$/, ".d.ts"));
-  const INDEX = "package/index.d.ts"; // names types of other modules
+  const NAMING = ["package/index.d.ts", "three/index.d.ts"]; // they name types of other modules
   const written = new Set();
   for (let file; (file = waiting.pop()); ) {
     if (written.has(file)) continue;
     written.add(file);
     const more = join(here, "..", "npm", "types", file); // what JSDoc cannot say
     const own = all.get(file) ?? "";
-    const text = (file === INDEX ? own : withoutInternal(own)) + (ts.sys.fileExists(more) ? readFileSync(more, "utf8") : "");
+    const text = (NAMING.includes(file) ? own : withoutInternal(own)) + (ts.sys.fileExists(more) ? readFileSync(more, "utf8") : "");
     for (const [, name] of text.matchAll(/(?:from |import\()"(\.[^"]+)\.js"/g)) {
       waiting.push(posix.join(posix.dirname(file), `${name}.d.ts`));
     }

@@ -411,8 +411,8 @@ class WgpuRenderer:
 # view.wgsl's View: rows, position and near, focal and centre, limits, background and exponent_max,
 # size, sigma and background_weight, weight_scale, the integers, zeros for packed scenes, alpha_min,
 # the footprint, level_sigma, supersampling, the levels' regions and the size of all, zeros for a
-# depth, a fading and a grade
-_VIEW = struct.Struct("<12f 4f 4f 4f 4f 4f f 4I 36x f f 2I f I 16f 2f 56x")
+# depth, a fading, a grade and a crop
+_VIEW = struct.Struct("<12f 4f 4f 4f 4f 4f f 4I 36x f f 2I f I 16f 2f 88x")
 _DRAWN = struct.Struct("<6I")  # project.wgsl's Drawn
 
 

@@ -1,3 +1,25 @@
+export type MobileGsText =
+  | "src"
+  | "poster"
+  | "compare"
+  | "background"
+  | "fov"
+  | "up"
+  | "start"
+  | "startPortrait"
+  | "limits"
+  | "annotations"
+  | "path"
+  | "follow"
+  | "heading"
+  | "credit"
+  | "alt"
+  | "renderer"
+  | "scale"
+  | "levels"
+  | "variant"
+  | "loading";
+export type MobileGsSwitch = "autorotate" | "autoplay" | "noui" | "polite" | "free" | "linkable";
 /** Events of `<mobile-gs>`; all are CustomEvents. */
 export interface MobileGsEventMap {
   /** The whole scene is decoded. */
@@ -9,7 +31,8 @@ export interface MobileGsEventMap {
   /** The camera has moved. */
   camera: CustomEvent<CameraChange>;
 }
-export interface MobileGs {
+/** Attributes as properties: an empty text, or false, without the attribute; null removes it. */
+export interface MobileGs extends Record<MobileGsText, string>, Record<MobileGsSwitch, boolean> {
   addEventListener<K extends keyof MobileGsEventMap>(type: K, listener: (this: MobileGs, event: MobileGsEventMap[K]) => void, options?: boolean | AddEventListenerOptions): void;
   addEventListener<K extends Exclude<keyof HTMLElementEventMap, keyof MobileGsEventMap>>(type: K, listener: (this: MobileGs, event: HTMLElementEventMap[K]) => void, options?: boolean | AddEventListenerOptions): void;
   addEventListener(type: string, listener: EventListenerOrEventListenerObject, options?: boolean | AddEventListenerOptions): void;

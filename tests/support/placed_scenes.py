@@ -32,7 +32,7 @@ class Placed:
     """A scene in the world: its units are `matrix @ (x, y, z, 1)`, of one scale in all directions.
 
     Attributes:
-        opacity: factor of the opacities.
+        opacity: factor of the picture's opacity.
     """
 
     scene: Scene
@@ -87,7 +87,10 @@ class Sums(NamedTuple):
 
 @torch.no_grad()
 def sums_of(scenes: list[Placed], camera: Camera, limits: torch.Tensor | float = torch.inf) -> Sums:
-    """Return the sums of all Gaussians in front of `limits`, depths of opaque meshes, `[h, w]`."""
+    """Return the sums of all Gaussians in front of `limits`, depths of opaque meshes, `[h, w]`.
+
+    The picture has the opacity of the first scene.
+    """
     limits = torch.as_tensor(limits).expand(camera.height, camera.width)
     sums = torch.zeros(camera.height, camera.width, 6)
     passed = torch.zeros(camera.height, camera.width, 1)  # as a logarithm
@@ -98,7 +101,6 @@ def sums_of(scenes: list[Placed], camera: Camera, limits: torch.Tensor | float =
         eye = inverse[:3, :3] @ camera.position + inverse[:3, 3]
         directions = normalize(scene.gaussians.means - eye, dim=1)
         opacities, phi = evaluate_lobes(scene.lobes, directions)
-        opacities = placed.opacity * opacities
         g, alpha_min = scene.gaussians, scene.weighting.alpha_min
         options = {"camera": view, "alpha_min": alpha_min, "footprint": scene.footprint}
         projected = project(g.means, g.quats, g.scales, opacities, g.sh, **options)
@@ -122,7 +124,8 @@ def sums_of(scenes: list[Placed], camera: Camera, limits: torch.Tensor | float =
             sums[band] += added.reshape(*size, 6)
             passed[band] += torch.log1p(-alphas).sum(1).reshape(*size, 1)
     proximity, square, weight = sums[..., 3:].unbind(2)
-    return Sums(sums[..., :3], proximity, square, weight, passed.exp()[..., 0])
+    covered = scenes[0].opacity * (1 - passed.exp()[..., 0])
+    return Sums(sums[..., :3], proximity, square, weight, 1 - covered)
 
 
 def depth_planes(scene: Scene, view: Camera, projected: Projected) -> torch.Tensor:

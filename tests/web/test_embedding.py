@@ -1,37 +1,59 @@
-"""Elements in other pages: many of them, and without a height; walking."""
+"""Elements in other pages: many, moved, under strict policies, without a height; walking."""
 
 from collections.abc import Callable
+from io import BytesIO
 from typing import Any
 
+import numpy as np
 import pytest
+from PIL import Image
 
 from tests.support.browser import Tab
-from tests.support.viewer_page import MGS, frames, visit
+from tests.support.viewer_page import MGS, RENDERERS, frames, visit
 
 pytestmark = pytest.mark.thorough
 
+# nothing inline, and no text becomes HTML or a script's address but by a policy of that name
+STRICT = (
+    "default-src 'none'; script-src 'self' 'wasm-unsafe-eval'; style-src 'self'; "
+    "connect-src 'self'; img-src 'self' data:; worker-src blob:; "
+    "require-trusted-types-for 'script'; trusted-types mobilegs"
+)
 HOLDERS = "[...document.querySelectorAll('mobile-gs')].map((one) => Boolean(one.viewer))"
 
 
-def gallery(tab: Tab, count: int, style: str) -> None:
+def gallery(tab: Tab, count: int, style: str, renderer: str = "webgl") -> None:
     """Show a page with some elements, and wait until none is loading."""
     tab.share("scene.mgs", MGS)
     tab.page.evaluate(
-        """async ([count, style]) => {
+        """async ([count, style, renderer]) => {
           document.body.innerHTML = "";
           await import("/src/element.js");
           for (let i = 0; i < count; i++) {
             const one = document.createElement("mobile-gs");
             one.style.cssText = style;
-            one.setAttribute("renderer", "webgl");
+            one.setAttribute("renderer", renderer);
             one.setAttribute("variant", "floats");
             one.setAttribute("src", "/arrays/scene.mgs");
             document.body.append(one);
           }
         }""",
-        [count, style],
+        [count, style, renderer],
     )
     quiet(tab)
+
+
+def picture(tab: Tab, index: int) -> np.ndarray:
+    """Return a screenshot of an element without buttons, float [height, width, 3], 0 to 1."""
+    tab.page.evaluate(
+        """(i) => {
+          const { shadowRoot } = document.querySelectorAll("mobile-gs")[i];
+          shadowRoot.querySelector(".chrome").hidden = true;
+        }""",
+        index,
+    )
+    taken = tab.page.locator("mobile-gs").nth(index).screenshot()
+    return np.asarray(Image.open(BytesIO(taken)).convert("RGB")) / 255
 
 
 def quiet(tab: Tab) -> None:
@@ -97,15 +119,109 @@ def test_elements_in_sight_wait_until_somebody_asks(tab: Tab) -> None:
     gallery(tab, 6, "display: inline-block; width: 190px; height: 180px")
     held = tab.page.evaluate(HOLDERS)
     assert held == [True] * 4 + [False] * 2
+    before = picture(tab, 0)
     tab.page.evaluate(
         "document.querySelectorAll('mobile-gs')[5].shadowRoot.querySelector('.wake').click()"
     )
     quiet(tab)
     assert tab.page.evaluate(HOLDERS) == [False, True, True, True, False, True]
+    # the picture stays, but for the button in the middle
+    after = picture(tab, 0)
+    assert before.std() > 0.05 and np.abs(after - before)[:, :50].max() < 0.02
     # one that goes leaves its context to one that waits
     tab.page.evaluate("document.querySelectorAll('mobile-gs')[2].remove()")
     quiet(tab)
     assert sum(tab.page.evaluate(HOLDERS)) == 4
+
+
+def test_eight_elements_of_webgpu_are_drawn_at_once(tab: Tab) -> None:
+    gallery(tab, 9, "display: inline-block; width: 150px; height: 120px", "webgpu")
+    assert tab.page.evaluate(HOLDERS) == [True] * 8 + [False]
+    assert all(picture(tab, i).std() > 0.05 for i in (0, 7))
+
+
+def test_an_element_without_buttons_has_none_while_it_waits(tab: Tab) -> None:
+    gallery(tab, 4, "display: inline-block; width: 190px; height: 180px")
+    shown = tab.page.evaluate(
+        """async () => {
+          const one = document.createElement("mobile-gs");
+          one.noui = true;
+          document.body.append(one);
+          await new Promise(requestAnimationFrame);
+          const { hidden } = one.shadowRoot.querySelector(".chrome");
+          return [Boolean(one.viewer), hidden, one.getAttribute("noui")];
+        }"""
+    )
+    assert shown == [False, True, ""]
+
+
+def test_an_element_that_is_moved_keeps_its_scene_and_camera(tab: Tab) -> None:
+    gallery(tab, 1, "display: block; width: 300px; height: 200px")
+    found = tab.page.evaluate(
+        """async () => {
+          const one = document.querySelector("mobile-gs");
+          const { viewer } = one;
+          viewer.pose.orbit(0.5, 0.1);
+          const { camera } = one;
+          const frame = document.createElement("div");
+          document.body.prepend(frame);
+          frame.append(one);
+          await new Promise(requestAnimationFrame);
+          const moved = one.viewer === viewer && one.camera === camera;
+          one.remove();
+          await new Promise(requestAnimationFrame);
+          const gone = one.viewer;
+          document.body.append(one);
+          return [moved, gone, camera];
+        }"""
+    )
+    quiet(tab)
+    assert found[:2] == [True, None]
+    assert tab.page.evaluate("document.querySelector('mobile-gs').camera") == found[2]
+    assert picture(tab, 0).std() > 0.05
+
+
+@pytest.mark.parametrize("renderer", RENDERERS)
+def test_strict_policies_and_trusted_types_allow_an_element(renderer: str, tab: Tab) -> None:
+    tab.share("scene.mgs", MGS)
+    page = f"""<!doctype html><meta charset=utf-8><link rel=icon href=data:,><title>strict</title>
+      <script type=module src=/src/element.js></script>
+      <mobile-gs src=/arrays/scene.mgs variant=floats renderer={renderer}></mobile-gs>"""
+    headers = {"Content-Type": "text/html", "Content-Security-Policy": STRICT}
+    address = f"{tab.address}/strict.html"
+    tab.page.route(address, lambda route: route.fulfill(body=page, headers=headers))
+    tab.page.goto(address)
+    tab.page.wait_for_function("document.querySelector('mobile-gs').viewer?.count")
+    quiet(tab)
+    assert picture(tab, 0).std() > 0.05
+    # the parts that are loaded later, too
+    tab.page.evaluate("document.querySelector('mobile-gs').act('share')")
+    inside = "document.querySelector('mobile-gs').shadowRoot.querySelector"
+    tab.page.wait_for_function(f"!{inside}('.sheet.share').hidden")
+    height = tab.page.evaluate(f"getComputedStyle({inside}('.bar')).height")
+    assert height == "3px"  # the style is there
+
+
+def test_attributes_are_properties(tab: Tab) -> None:
+    gallery(tab, 1, "display: block; width: 300px; height: 200px")
+    found = tab.page.evaluate(
+        """() => {
+          const one = document.querySelector("mobile-gs");
+          const before = [one.src, one.poster, one.noui];
+          Object.assign(one, { fov: 40, startPortrait: "0 0 1 0 0 0 1 1", autorotate: true });
+          const given = ["start-portrait", "autorotate"].map((name) => one.getAttribute(name));
+          const set = [one.viewer.fov, ...given];
+          Object.assign(one, { fov: null, autorotate: false });
+          return [before, set, one.viewer.fov, one.hasAttribute("autorotate"), one.fov];
+        }"""
+    )
+    assert found == [
+        ["/arrays/scene.mgs", "", False],
+        [40, "0 0 1 0 0 0 1 1", ""],
+        None,
+        False,
+        "",
+    ]
 
 
 def test_an_element_has_a_height(tab: Tab) -> None:

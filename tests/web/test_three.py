@@ -230,8 +230,10 @@ def test_meshes_follow_the_rules_of_three(kind: str, pages: Pages) -> None:
         assert (page.picture(view(), f"{change};") - gray).abs().max() < 0.005
     page.picture(view(), "camera.layers.enable(3);")
     torch.testing.assert_close(page.picture(view()), whole, rtol=0, atol=0.005)
-    faded = sums_of([Placed(trained(), torch.eye(4), 0.5)], view())
-    alike(page.picture(view(), "mesh.opacity = 0.5;"), faded.over(gray), 45, "faded")
+    for opacity in (0.0, 0.2, 0.5, 0.8):  # what people see fades evenly
+        expected = opacity * whole + (1 - opacity) * gray
+        found = page.picture(view(), f"mesh.opacity = {opacity};")
+        alike(found, expected, 45, f"faded to {opacity}")
     grade = torch.tensor([[0.5, 0.2, 0.0], [0.0, 0.3, 0.1], [0.3, 0.0, 0.5]])
     offset = torch.tensor([0.1, 0.05, 0.0])
     code = "mesh.opacity = 1; mesh.grade = new THREE.Matrix4().set(...matrix);"
@@ -239,6 +241,111 @@ def test_meshes_follow_the_rules_of_three(kind: str, pages: Pages) -> None:
     found = page.picture(view(), code, matrix=matrix.flatten().tolist())
     graded = alone()._replace(color=alone().color @ grade.T + alone().weight[..., None] * offset)
     alike(found, graded.over(gray), 45, "graded")
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_a_crop_leaves_out_what_lies_outside(kind: str, pages: Pages) -> None:
+    page = pages(kind)
+    opened(page, levelSigma=0)
+    means = trained().gaussians.means
+    low, high = means.quantile(torch.tensor([0.3, 0.8]), dim=0).unbind()
+    kept = ((means >= low) & (means <= high)).all(1).nonzero()[:, 0]
+    assert 0.03 < len(kept) / len(means) < 0.5
+    lobes = trained().lobes
+    assert lobes is not None
+    part = replace(trained(), gaussians=trained().gaussians.select(kept), lobes=lobes[kept])
+    expected = sums_of([Placed(part, torch.eye(4))], view()).over(torch.zeros(3))
+    assert psnr(expected, alone().over(torch.zeros(3))) < 25
+    code = "mesh.crop = new THREE.Box3(new THREE.Vector3(...low), new THREE.Vector3(...high));"
+    alike(page.picture(view(), code, low=low.tolist(), high=high.tolist()), expected, 45)
+    alike(page.picture(view(), "mesh.crop = null;"), alone().over(torch.zeros(3)), 45)
+
+
+@pytest.mark.quick
+def test_meshes_of_one_address_share_what_is_loaded(pages: Pages) -> None:
+    page = pages("webgl")
+    page.share("shared.mgs", TRAINED.read_bytes())
+    requests: list[str] = []
+    page.tab.page.on("request", lambda request: requests.append(request.url))
+    found = page.tab.run(
+        """const { THREE, MobileGSMesh, scene, load } = three;
+        const given = new URL("/arrays/shared.mgs", location.href);
+        const [one, other] = await Promise.all([load(given), load(given)]);
+        Object.assign(one, { opacity: 0.5, crop: new THREE.Box3(), grade: new THREE.Matrix4() });
+        one.position.set(1, 2, 3);
+        const copy = one.clone();
+        await copy.loaded;
+        one.dispose();
+        const same = copy.data === other.data && copy.gaussians > 0;
+        const alike = [copy.opacity, copy.position.toArray(), copy.crop !== one.crop];
+        const from = new MobileGSMesh({ file: await (await fetch(given)).arrayBuffer() });
+        await from.loaded;
+        const warned = [];
+        console.warn = (text) => warned.push(text);
+        JSON.stringify(copy.userData);
+        JSON.stringify(copy.userData);
+        for (const mesh of [copy, other, from]) mesh.dispose();
+        return [same, ...alike, one.gaussians, from.views.length, warned];"""
+    )
+    assert found[:5] == [True, 0.5, [1, 2, 3], True, 0] and found[5] > 0
+    assert len(found[6]) == 1 and "not exported" in found[6][0]
+    # the meshes', and that of the test itself
+    assert sum(url.endswith("shared.mgs") for url in requests) == 2
+
+
+@pytest.mark.quick
+def test_a_page_can_end_loading(pages: Pages) -> None:
+    page = pages("webgl")
+    page.share("trained.mgs", TRAINED.read_bytes())
+    found = page.tab.run(
+        """const { MobileGSMesh } = three;
+        const [told, url] = [[], "/arrays/trained.mgs"];
+        const onError = ({ message }) => told.push(message);
+        const one = new MobileGSMesh({ url, onError });
+        one.dispose();
+        const over = new AbortController();
+        const other = new MobileGSMesh({ url, onError, signal: over.signal });
+        over.abort(new Error("enough"));
+        const { signal } = over;
+        const third = new MobileGSMesh({ url, onError, signal });
+        const ends = [one, other, third].map(({ loaded }) => loaded.catch((error) => error));
+        const [disposed, ...aborted] = await Promise.all(ends);
+        const late = await three.load(url);
+        const { loaded } = late;
+        late.dispose();
+        const same = (await loaded) === late;
+        return [disposed.name, ...aborted.map(({ message }) => message), told, same];"""
+    )
+    assert found == ["AbortError", "enough", "enough", [], True]
+
+
+@pytest.mark.quick
+def test_the_first_view_is_that_of_the_file(pages: Pages) -> None:
+    page = pages("webgl")
+    opened(page)
+    found = page.tab.run(
+        """const { THREE } = three;
+        mesh.scale.setScalar(2);
+        mesh.position.set(1, 0, 0);
+        const view = mesh.firstView(1.5);
+        const box = mesh.boundingBox ?? mesh.computeBoundingBox();
+        const wide = mesh.views[0];
+        return [view.position.toArray(), view.target.toArray(), view.up.toArray(), view.fov,
+          box.min.toArray(), box.max.toArray(), mesh.notes, mesh.upward?.toArray() ?? null];"""
+    )
+    camera = read_mgs(TRAINED).views[0]
+    position, target, up = map(torch.tensor, found[:3])
+    place = torch.tensor([1.0, 0.0, 0.0])
+    torch.testing.assert_close((position - place) / 2, camera.position, rtol=0, atol=1e-4)
+    ahead = torch.nn.functional.normalize(target - position, dim=0)
+    torch.testing.assert_close(ahead, camera.viewmat[2, :3], rtol=0, atol=1e-3)
+    assert float(up.norm()) == pytest.approx(1, abs=1e-5)
+    assert float(up @ -camera.viewmat[1, :3]) > 0.8
+    assert 20 < found[3] < 100
+    means = trained().gaussians.means
+    inside = (means > torch.tensor(found[4])) & (means < torch.tensor(found[5]))
+    assert 0.9 < inside.all(1).float().mean() <= 1
+    assert found[6] == read_mgs(TRAINED).meta
 
 
 def half_light(places: list[tuple[int, int]]) -> torch.Tensor:
@@ -279,7 +386,7 @@ def test_rays_meet_the_surface(pages: Pages) -> None:
           ray.setFromCamera(at, camera);
           ray.ray.origin.multiplyScalar(2);
           const [hit] = ray.intersectObject(mesh);
-          return hit ? hit.point.divideScalar(2).toArray() : null;
+          return hit ? [...hit.point.divideScalar(2), hit.index] : null;
         });""",
         places=places,
         view=in_javascript(view()),
@@ -287,7 +394,12 @@ def test_rays_meet_the_surface(pages: Pages) -> None:
     expected = half_light(places)
     met = torch.tensor([point is not None for point in found])
     assert (met == expected.isfinite()).float().mean() > 0.95 and met.float().mean() > 0.7
-    points = torch.tensor([point or [0.0, 0.0, 0.0] for point in found])
+    points = torch.tensor([point[:3] if point else [0.0, 0.0, 0.0] for point in found])
+    # the Gaussian of a hit is there
+    g = trained().gaussians
+    rows = torch.tensor([point[3] if point else 0 for point in found])
+    away = (points - g.means[rows]).norm(dim=1) / g.scales[rows].amax(1)
+    assert (away[met] < 3.1).all()
     depths = points @ view().viewmat[2, :3] + view().viewmat[2, 3]
     errors = (depths / expected - 1).abs()[met & expected.isfinite()]
     print(f"{len(errors)} rays, errors {errors.quantile(torch.tensor([0.5, 0.9])).tolist()}")

@@ -45,17 +45,18 @@ Look look_at(int i) {
   Look look = Look(vec3(0.0), 0.0, 0.0);
   if (i >= count) { return look; }
   Shape shape = shape_of(i);
+  if (box[0].w > 0.0 && (any(lessThan(shape.mean, box[0].xyz)) || any(greaterThan(shape.mean, box[1].xyz)))) { return look; }
   Ellipse e = ellipse_of(shape);
   if (!(e.depth > position.w) || !(e.compensation > 0.0)) { return look; }
   vec3 away = shape.mean - position.xyz;
   float basis[16];
   harmonics(max(sh_size, lobe_size), away * inversesqrt(dot(away, away)), basis);
   vec2 seen = lobes_along(i, basis);
-  float opacity = (1.0 - whole.w) / (1.0 + exp(min(-seen.x, 80.0)));
+  float opacity = 1.0 / (1.0 + exp(min(-seen.x, 80.0)));
   if (!(opacity > scale_bits.z)) { return look; }
-  vec2 box = reach_of(opacity) * sqrt(e.variance);
-  if (any(lessThan(e.center + box, vec2(0.5)))) { return look; }
-  if (any(greaterThan(e.center - box, size.xy - 0.5))) { return look; }
+  vec2 reach = reach_of(opacity) * sqrt(e.variance);
+  if (any(lessThan(e.center + reach, vec2(0.5)))) { return look; }
+  if (any(greaterThan(e.center - reach, size.xy - 0.5))) { return look; }
   vec3 a = shape.axes[0];
   vec3 b = shape.axes[1];
   vec3 c = shape.axes[2];

@@ -27,9 +27,10 @@ layout(std140) uniform View {
   float level_sigma;  // of mobilegs/render/levels.py; 0: all at full size
   int supersampling;  // pixels of the sums along a side of the picture's pixel; `size` counts the former
   vec4 regions[4];    // first pixel and end of each level in the texture of all: levelPlaces in levels.js
-  // size of that texture; z: depth at which the nearness is 1, 0: no depth is compared; w: share that opacities lose
+  // size of that texture; z: depth at which the nearness is 1, 0: no depth is compared; w: share that a mesh loses
   vec4 whole;
   vec4 grade[3];  // what is added to r, g and b: factors of r, g, b and 1
+  vec4 box[2];    // least and greatest corner of a crop, in the world; w of the first: 1 if there is one
 };
 
 const float ALPHA_MAX = 0.99;

@@ -29,8 +29,9 @@ struct View {
   regions: array<vec4f, 4>,  // first pixel and end of each level in the texture of all: levelPlaces in levels.js
   whole: vec2f,              // size of that texture
   nearest: f32,              // depth at which the nearness is 1; 0: no depth is compared
-  faded: f32,                // the share that opacities lose
+  faded: f32,                // the share that a mesh of three.js loses
   grade: array<vec4f, 3>,    // what is added to r, g and b: factors of r, g, b and 1
+  crop: array<vec4f, 2>,     // least and greatest corner of a box, in the world; w of the first: 1 if there is one
 }
 
 @group(0) @binding(0) var<uniform> view: View;

@@ -16,6 +16,15 @@ export async function own(loading) {
   }
 }
 
+/** Of pages that require Trusted Types, which must allow it. @type {{createHTML(text: string): string, createScriptURL(text: string): string} | undefined} */
+const policy = /** @type {any} */ (globalThis).trustedTypes?.createPolicy("mobilegs", { createHTML: String, createScriptURL: String });
+
+/** A text of ours, as HTML. @param {string} text */
+export const trustedHtml = (text) => policy?.createHTML(text) ?? text;
+
+/** Start a worker. @param {string} address of a script of ours */
+export const startWorker = (address) => new Worker(policy?.createScriptURL(address) ?? address);
+
 /** @param {string} text */
 export const bytesOfBase64 = (text) => Uint8Array.from(atob(text), (character) => character.charCodeAt(0));
 
@@ -52,7 +61,7 @@ class PackedWorker {
   async #start(packed) {
     const module = await packed;
     if (!addresses.has(module)) addresses.set(module, unpacked(packed).then(addressOf));
-    const worker = new Worker(/** @type {string} */ (await addresses.get(module)));
+    const worker = startWorker(/** @type {string} */ (await addresses.get(module)));
     worker.onmessage = (event) => this.onmessage?.(event);
     worker.onerror = (event) => this.onerror?.(event);
     if (this.#ended) worker.terminate();

@@ -6,16 +6,21 @@
 /**
  * @typedef {object} Holder an element
  * @property {boolean | null} inSight null: not known yet
+ * @property {number} cost of its context: 1 of WebGPU, 2 of WebGL
  * @property {() => void} suspend gives its context back
  * @property {() => void} resume tries again to begin
  */
 
-const MOST = 4; // calibration and comparisons need more
+/** Costs at a time. Phones have eight contexts of WebGL, and calibration and comparisons need more; WebGPU has no such limit. */
+const MOST = 8;
 
 /** Those with a context; the one that was used last comes last. @type {Set<Holder>} */
 const holders = new Set();
 /** Those that wait for one. @type {Set<Holder>} */
 const waiting = new Set();
+
+/** Whether one more context of a cost is too much. @param {number} cost */
+const isFull = (cost) => [...holders].reduce((sum, one) => sum + one.cost, cost) > MOST;
 
 /**
  * Take a context.
@@ -26,7 +31,7 @@ const waiting = new Set();
  */
 export function take(holder, asked) {
   holders.delete(holder);
-  if (holders.size >= MOST) {
+  while (isFull(holder.cost)) {
     const all = [...holders];
     const other = all.find(({ inSight }) => inSight === false) ?? (asked ? all[0] : undefined);
     if (!other) {
@@ -63,7 +68,6 @@ export function used(holder) {
 /** Let elements in sight try again, if there may be a context for them. */
 function wake() {
   for (const one of [...waiting]) {
-    const free = holders.size < MOST || [...holders].some(({ inSight }) => inSight === false);
-    if (one.inSight && free) one.resume();
+    if (one.inSight && (!isFull(one.cost) || [...holders].some(({ inSight }) => inSight === false))) one.resume();
   }
 }

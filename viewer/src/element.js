@@ -8,9 +8,9 @@
  * `data-state` is `loading`, then `loaded` or `failed`.
  */
 
-import { own } from "./assets.js";
+import { own, trustedHtml } from "./assets.js";
 import { giveBack, seen, take, used } from "./contexts.js";
-import { STILL, VIEWER_ATTRIBUTES, applyAttribute, optionsOf } from "./viewer/attributes.js";
+import { STILL, VIEWER_ATTRIBUTES, applyAttribute, optionsOf, reflect } from "./viewer/attributes.js";
 import { LoadProgress } from "./viewer/load_progress.js";
 import { Chrome } from "./viewer/chrome.js";
 import { Dialogs } from "./viewer/dialogs.js";
@@ -19,6 +19,7 @@ import { icon } from "./viewer/icons.js";
 import { filled, languageOf, localize, textsOf, visible } from "./viewer/localize.js";
 import { applySetting, showSettings } from "./viewer/settings.js";
 import { shareable } from "./viewer/share.js";
+import { adoptStyle } from "./viewer/style.js";
 import { poseFromHash, poseToHash } from "./viewer/pose_hash.js";
 import { TEMPLATE } from "./viewer/template.js";
 import { en } from "./viewer/texts.js";
@@ -87,7 +88,7 @@ export class MobileGs extends (globalThis.HTMLElement ?? Object) {
   /** What to restore when the element has its context again. @type {{choices: object, pose: Pose | null} | null} */
   #asleep = null;
   /** @type {import("./contexts.js").Holder} */
-  #holder = { inSight: null, suspend: () => this.#suspend(), resume: () => this.#start() };
+  #holder = { inSight: null, cost: 2, suspend: () => this.#suspend(), resume: () => this.#start() };
   #sight = new IntersectionObserver(([{ isIntersecting }]) => seen(this.#holder, isIntersecting));
   /** Starts the viewer when the element is less than a screen away from the visible part of the page. */
   #near = new IntersectionObserver((all) => all.some((one) => one.isIntersecting) && this.#start(), NEAR);
@@ -95,7 +96,8 @@ export class MobileGs extends (globalThis.HTMLElement ?? Object) {
   constructor() {
     super();
     this.#root = this.attachShadow({ mode: "open", delegatesFocus: true });
-    this.#root.innerHTML = TEMPLATE;
+    this.#root.innerHTML = trustedHtml(TEMPLATE);
+    adoptStyle(this.#root);
     this.#dialogs = new Dialogs(this.#root);
     this.#chrome = new Chrome(this, this.#part("chrome"));
     for (const button of this.#root.querySelectorAll("button")) {
@@ -111,7 +113,7 @@ export class MobileGs extends (globalThis.HTMLElement ?? Object) {
     this.addEventListener("fullscreenchange", () => {
       const button = this.#button("full");
       const name = document.fullscreenElement ? "window" : "full";
-      button.innerHTML = icon(name);
+      button.innerHTML = trustedHtml(icon(name));
       button.dataset.name = name;
       localize(this.#root, this.#texts);
     });
@@ -135,7 +137,8 @@ export class MobileGs extends (globalThis.HTMLElement ?? Object) {
   connectedCallback() {
     // scripts may set attributes right after they create the element
     queueMicrotask(() => {
-      if (!this.isConnected || this.viewer) return;
+      if (!this.isConnected) return;
+      if (this.viewer) return void this.#follow(); // it was moved, perhaps into another tree
       const poster = this.getAttribute("poster")?.replace(/[\x22\\\n]/g, encodeURIComponent);
       if (poster) this.style.background = `center / cover no-repeat url("${poster}")`;
       if (this.clientHeight <= LOWEST) this.style.aspectRatio = "16 / 10"; // the page gives it no height
@@ -148,6 +151,8 @@ export class MobileGs extends (globalThis.HTMLElement ?? Object) {
   /** Begin, or wait until another element of the page gives its context back. @param {boolean} [asked] by the visitor */
   #start(asked = false) {
     this.#near.disconnect();
+    this.#part("chrome").hidden = this.hasAttribute("noui");
+    this.#holder.cost = navigator.gpu && this.getAttribute("renderer") !== "webgl" ? 1 : 2;
     const able = take(this.#holder, asked);
     this.#part("wake").hidden = able;
     if (!able) return void this.#localize();
@@ -178,7 +183,6 @@ export class MobileGs extends (globalThis.HTMLElement ?? Object) {
 
   /** @param {Choice} [choice] of a renderer, instead of the attribute */
   #begin(choice = /** @type {Choice} */ (this.getAttribute("renderer") ?? "auto")) {
-    this.#part("chrome").hidden = this.hasAttribute("noui");
     this.#button("full").hidden = !document.fullscreenEnabled;
     this.#button("share").hidden = !shareable();
     void this.#chrome.offer();
@@ -200,11 +204,17 @@ export class MobileGs extends (globalThis.HTMLElement ?? Object) {
 
   /** @internal */
   disconnectedCallback() {
-    this.#near.disconnect();
-    this.#sight.disconnect();
-    this.#following.abort();
-    this.#end();
-    giveBack(this.#holder);
+    // to be moved in the document is to be removed and inserted at once
+    queueMicrotask(() => {
+      if (this.isConnected) return;
+      this.#near.disconnect();
+      this.#sight.disconnect();
+      this.#following.abort();
+      const { viewer } = this;
+      if (viewer?.count) this.#asleep = { choices: viewer.choices, pose: viewer.pose };
+      this.#end();
+      giveBack(this.#holder);
+    });
   }
 
   /** The camera, in the form of the page's fragment: `eye=x,y,z&at=x,y,z&up=x,y,z`; empty without a scene. */
@@ -373,12 +383,15 @@ export class MobileGs extends (globalThis.HTMLElement ?? Object) {
     }
     else if (what === "vr" || what === "ar") {
       this.#chrome.present(what, viewer)?.catch(({ message }) => this.#announce(message, true));
-    } else if (what === "picture") void this.#save();
+    } else if (what === "picture") void extras().then(async ({ save }) => save(await viewer.screenshot(this.#split?.share)));
     else if (what === "open") this.#picker.click();
     else if (what === "copy") void this.#dialogs.copy(this.#texts);
     else if (what === "share") void this.#dialogs.share(this.#texts);
     else if (what === "send") this.#dialogs.send();
-    else if (what === "retry") this.#retry();
+    else if (what === "retry" && this.#source !== null) {
+      this.#part("message").hidden = true;
+      void this.open(this.#source);
+    }
     else if (what === "full") {
       if (document.fullscreenElement) void document.exitFullscreen();
       else void this.requestFullscreen?.().catch(() => {});
@@ -505,13 +518,6 @@ export class MobileGs extends (globalThis.HTMLElement ?? Object) {
     this.#chrome.setTitle(this.getAttribute("heading") ?? String(title ?? ""), this.getAttribute("credit") ?? String(credit ?? ""));
   }
 
-  /** Load the scene that failed once more. */
-  #retry() {
-    if (this.#source === null) return;
-    this.#part("message").hidden = true;
-    void this.open(this.#source);
-  }
-
   /** @returns {HTMLInputElement} */
   get #picker() {
     return /** @type {HTMLInputElement} */ (this.#root.querySelector("[type=file]"));
@@ -522,14 +528,6 @@ export class MobileGs extends (globalThis.HTMLElement ?? Object) {
     const [file, other] = files ?? [];
     if (file) void this.open(file);
     if (other) void this.compareWith(other);
-  }
-
-  async #save() {
-    const picture = await this.viewer?.screenshot(this.#split?.share);
-    if (!picture) return;
-    const link = document.createElement("a");
-    Object.assign(link, { href: URL.createObjectURL(picture), download: "scene.png" }).click();
-    setTimeout(() => URL.revokeObjectURL(link.href), 1000);
   }
 
   /**
@@ -592,6 +590,8 @@ export class MobileGs extends (globalThis.HTMLElement ?? Object) {
     return /** @type {HTMLElement} */ (this.#root.querySelector(`.${name}`));
   }
 }
+
+reflect(MobileGs.prototype, MobileGs.observedAttributes);
 
 // a page may have two copies of this module
 if (!globalThis.customElements?.get("mobile-gs")) globalThis.customElements?.define("mobile-gs", MobileGs);

@@ -49,12 +49,13 @@ level: u32,
 fn look_at(i: u32) -> Seen {
 var seen_now: Seen;
 let shape = shape_of(i);
+if (view.crop[0].w > 0.0 && (any(shape.mean < view.crop[0].xyz) || any(shape.mean > view.crop[1].xyz))) { return seen_now; }
 let ellipse = ellipse_of(shape);
 if (!(ellipse.depth > view.near) || !(ellipse.compensation > 0.0)) { return seen_now; }
 let away = shape.mean - view.position;
 let basis = harmonics(max(view.sh_size, view.lobe_size), away * inverseSqrt(dot(away, away)));
 let seen = lobes_along(i, basis);
-let opacity = (1.0 - view.faded) / (1.0 + exp(min(-seen.x, 80.0)));
+let opacity = 1.0 / (1.0 + exp(min(-seen.x, 80.0)));
 if (!(opacity > view.alpha_min)) { return seen_now; }
 if (!touches(ellipse, opacity)) { return seen_now; }
 let a = shape.axes;

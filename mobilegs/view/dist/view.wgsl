@@ -30,6 +30,7 @@ whole: vec2f,
 nearest: f32,
 faded: f32,
 grade: array<vec4f, 3>,
+crop: array<vec4f, 2>,
 }
 @group(0) @binding(0) var<uniform> view: View;
 struct Shape {

@@ -4,7 +4,7 @@ import { decodeMgs, SceneError, type MgsScene } from "mobilegs";
 import type { CameraChange, MobileGs } from "mobilegs/element";
 import { Annotation, MobileGS } from "mobilegs/react";
 import { MobileGSObject } from "mobilegs/react-three";
-import { MobileGSMesh } from "mobilegs/three";
+import { MobileGSMesh, type FirstView, type MobileGSMeshOptions } from "mobilegs/three";
 import { useRef } from "react";
 
 export async function decoded(file: File): Promise<Float32Array> {
@@ -22,6 +22,8 @@ export async function shown(): Promise<boolean> {
   const made = document.createElement("mobile-gs");
   const found: MobileGs | null = document.querySelector("mobile-gs");
   made.camera = found?.camera ?? "";
+  made.src = "scene.mgs";
+  made.noui = true;
   made.addEventListener("camera", ({ detail }) => detail.origin.camera satisfies string);
   made.addEventListener("error", ({ detail }) => detail.sentence satisfies string);
   made.addEventListener("click", (event) => event.clientX satisfies number);
@@ -34,8 +36,15 @@ export async function shown(): Promise<boolean> {
 }
 
 export function placed(): MobileGSMesh {
-  const mesh = new MobileGSMesh({ url: "scene.mgs", onLoad: (loaded) => loaded.position.set(0, 1, 0) });
+  const options: MobileGSMeshOptions = { url: new URL("https://example.org/scene.mgs"), signal: AbortSignal.timeout(9) };
+  const mesh = new MobileGSMesh({ ...options, onLoad: (loaded) => loaded.position.set(0, 1, 0) });
   mesh.opacity = 0.5;
+  const { position, fov }: FirstView = mesh.firstView(1.5);
+  mesh.crop?.containsPoint(position);
+  // @ts-expect-error internal
+  void mesh.data;
+  const other: MobileGSMesh = mesh.clone();
+  other.scale.setScalar(fov);
   return mesh;
 }
 

@@ -5,7 +5,7 @@ import { worldMeans, subsampled, toWorld } from "../mgs/positions.js";
 import { readScene } from "../mgs/reader.js";
 import { GaussianDecoder } from "../mgs/gaussian_decoder.js";
 import { buffersOf, emptyScene, packRows } from "../render/pack.js";
-import { addressOf } from "../assets.js";
+import { addressOf, startWorker } from "../assets.js";
 import { WorkerPool } from "./worker_pool.js";
 import { backToFront } from "./depth_sort.js";
 import { bytesOf } from "./bytes_of.js";
@@ -252,7 +252,7 @@ async function loadOther(source, total) {
 async function parsed(bytes, formats) {
   const lost = () => new Error("the viewer's own files could not be loaded: reload the page");
   if (!formats) throw lost();
-  const worker = new Worker(addressOf(formats));
+  const worker = startWorker(addressOf(formats));
   try {
     return await new Promise((resolve, reject) => {
       worker.onmessage = (/** @type {MessageEvent<import("./formats_worker.js").Parsed>} */ { data }) => {
@@ -311,7 +311,8 @@ async function load(request) {
 /** The decoder of a helper. @type {GaussianDecoder} */
 let decoder;
 
-self.onmessage = async ({ data }) => {
+/** @param {MessageEvent} event */
+export async function receive({ data }) {
   if ("decoderInputs" in data) {
     decoder = new GaussianDecoder(data.decoderInputs);
   } else if ("rows" in data) {
@@ -326,4 +327,6 @@ self.onmessage = async ({ data }) => {
   } else {
     await load(data);
   }
-};
+}
+
+if (globalThis.self) self.onmessage = receive; // Node.js has none

@@ -1,5 +1,6 @@
 /** Decodes and packs the Gaussians of a `.mgs` for the GPU, in this thread and in helper workers. */
 
+import { startWorker } from "../assets.js";
 import { COLORED } from "../mgs/stream_decoder.js";
 import { GaussianDecoder } from "../mgs/gaussian_decoder.js";
 import { packRows } from "../render/pack.js";
@@ -91,7 +92,7 @@ export class WorkerPool {
   /** @param {DecoderInputs} decoderInputs */
   #spawn(decoderInputs) {
     try {
-      const worker = new Worker(self.location.href);
+      const worker = startWorker(self.location.href);
       worker.postMessage({ decoderInputs });
       const helper = { worker, jobs: 0 };
       worker.onmessage = ({ data }) => {

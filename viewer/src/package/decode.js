@@ -73,7 +73,7 @@ export async function decodeMgs(source, { signal, onProgress } = {}) {
   // an aborted pipe cancels its source, also while no bytes come
   const stream = (await streamOf(source, signal)).pipeThrough(new TransformStream(), { signal });
   if (globalThis.Worker) return decodeInWorker(stream, signal, onProgress);
-  const text = await unpacked(import("../decoder.packed.js"));
+  const text = await unpacked(import("../worker.packed.js"));
   // of servers only: bundlers leave this import alone
   const { decodeStream } = (await import(/* webpackIgnore: true */ /* @vite-ignore */ `data:text/javascript,${encodeURIComponent(`${text};export default decoder`)}`)).default;
   try {
@@ -106,7 +106,7 @@ async function streamOf(source, signal) {
  * @returns {Promise<MgsScene>}
  */
 async function decodeInWorker(stream, signal, onProgress) {
-  const worker = packedWorker(import("../decoder.packed.js"));
+  const worker = packedWorker(import("../worker.packed.js"));
   const pieces = stream.getReader();
   const over = new AbortController();
   try {

@@ -1,5 +1,6 @@
-/** The worker that decodes for `decodeMgs`; in Node.js its script becomes a module. */
+/** The worker of the package, which loads scenes and decodes for `decodeMgs`; in Node.js its script becomes a module. */
 
+import { receive } from "../load/worker.js";
 import { SceneError } from "../mgs/error.js";
 import { decodeStream } from "./decode_stream.js";
 
@@ -28,4 +29,6 @@ async function decode(stream) {
   }
 }
 
-if (globalThis.WorkerGlobalScope) self.onmessage = ({ data }) => take(data.piece);
+if (globalThis.self) {
+  self.onmessage = (event) => ("piece" in event.data ? take(event.data.piece) : receive(event));
+}

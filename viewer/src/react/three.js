@@ -13,17 +13,19 @@ import { MobileGSMesh } from "../three/index.js";
 
 /** @typedef {"url" | "file" | "onProgress" | "onLoad" | "onError"} MeshOption */
 /** @typedef {Pick<import("../three/mobile_gs_mesh.js").MobileGSMeshOptions, MeshOption>} OwnProps */
-/** @typedef {Partial<Pick<MobileGSMesh, "opacity" | "grade" | "supersampling" | "levelSigma">>} Look */
+/** @typedef {Partial<Pick<MobileGSMesh, "opacity" | "grade" | "crop" | "supersampling" | "levelSigma">>} Look */
 /** @typedef {OwnProps & Look & Omit<import("@react-three/fiber").ThreeElements["mesh"], MeshOption | "ref">} MobileGSObjectProps */
 
 /**
  * A `MobileGSMesh` with the properties of a mesh. The ref is the mesh. Another `url` or `file` makes another mesh.
+ * Without `onError`, an error boundary gets what goes wrong.
  *
  * @type {import("react").ForwardRefExoticComponent<MobileGSObjectProps & import("react").RefAttributes<MobileGSMesh>>}
  */
 export const MobileGSObject = forwardRef(function MobileGSObject(/** @type {MobileGSObjectProps} */ props, ref) {
   const { url, file, onProgress, onLoad, onError, ...rest } = props;
   const [mesh, setMesh] = useState(/** @type {MobileGSMesh | null} */ (null));
+  const [error, setError] = useState(/** @type {Error | null} */ (null));
   const invalidate = useThree((state) => state.invalidate);
   const latest = useRef(props);
   useEffect(() => {
@@ -41,10 +43,11 @@ export const MobileGSObject = forwardRef(function MobileGSObject(/** @type {Mobi
         latest.current.onLoad?.(made);
         invalidate();
       },
-      onError: (error) => latest.current.onError?.(error),
+      onError: (reason) => (latest.current.onError ?? setError)(reason),
     });
     setMesh(made);
     return () => made.dispose();
   }, [url, file, invalidate]);
+  if (error) throw error; // the nearest error boundary shows it
   return mesh && createElement("primitive", { ...rest, object: mesh, ref });
 });

@@ -6,7 +6,7 @@ import { levelPlaces, levelSizes } from "./levels.js";
 /** @typedef {import("./types.js").Camera} Camera */
 /** @typedef {import("./types.js").SceneData} SceneData */
 
-export const VIEW_BYTES = 336;
+export const VIEW_BYTES = 368;
 export const FLOAT16_SCALE = 2 ** -6; // factor of weights that keeps sums in the range of float16
 const JACOBIAN_MARGIN = 0.3; // as in project.py
 

@@ -8,6 +8,8 @@ const FLOAT = new Float32Array(BITS.buffer);
 const STEPS = [2047, 2047, 1023];
 const HARMONIC = 0.28209479177387814; // of degree 0
 const REACH = 3; // standard deviations within which a Gaussian counts
+const FAINT = -2; // logit of the opacity of what covers something
+const OUTLIERS = 0.01; // share of a body's Gaussians that each side of its box leaves out
 
 /**
  * The standard deviations of a Gaussian, as `shape_of` of packed.glsl.
@@ -76,7 +78,27 @@ export function boxOf(scene, means) {
 }
 
 /**
- * How far along a ray half of the light is gone; null if more of it passes.
+ * The box of a scene without its outliers: each side leaves a hundredth of the Gaussians out that cover something.
+ *
+ * @param {SceneData} scene
+ * @param {Float32Array} means 3 each
+ * @param {Float32Array} logits of the mean opacities
+ * @returns {{min: Vector, max: Vector} | null} null without Gaussians
+ */
+export function bodyOf(scene, means, logits) {
+  const largest = largestOf(scene);
+  const solid = [...Array(scene.count).keys()].filter((i) => HARMONIC * logits[i] > FAINT);
+  if (!solid.length) return boxOf(scene, means);
+  const end = (/** @type {number} */ axis, /** @type {number} */ sign) => {
+    const ends = Float32Array.from(solid, (i) => sign * means[3 * i + axis] + REACH * largest(i)).sort();
+    return sign * ends[Math.floor((1 - OUTLIERS) * (ends.length - 1))];
+  };
+  const corner = (/** @type {number} */ sign) => /** @type {Vector} */ ([0, 1, 2].map((axis) => end(axis, sign)));
+  return { min: corner(-1), max: corner(1) };
+}
+
+/**
+ * How far along a ray half of the light is gone, and the Gaussian there; null if more of it passes.
  *
  * A Gaussian takes the share that its opacity from all directions has at the ray's nearest point.
  *
@@ -85,15 +107,15 @@ export function boxOf(scene, means) {
  * @param {Float32Array} logits of the mean opacities
  * @param {Vector} origin
  * @param {Vector} direction
- * @param {number} opacity factor of all opacities
- * @returns {number | null} in lengths of the direction
+ * @param {(mean: Vector) => boolean} isShown whether a Gaussian there counts
+ * @returns {{distance: number, index: number} | null} the distance in lengths of the direction
  */
-export function surfaceAlong(scene, means, logits, origin, direction, opacity) {
+export function surfaceAlong(scene, means, logits, origin, direction, isShown) {
   const [ox, oy, oz] = origin;
   const [dx, dy, dz] = direction;
   const square = dx * dx + dy * dy + dz * dz;
   const largest = largestOf(scene);
-  /** @type {[distance: number, alpha: number][]} */
+  /** @type {{distance: number, index: number, alpha: number}[]} */
   const found = [];
   for (let i = 0; i < scene.count; i++) {
     const [x, y, z] = [means[3 * i] - ox, means[3 * i + 1] - oy, means[3 * i + 2] - oz];
@@ -102,14 +124,15 @@ export function surfaceAlong(scene, means, logits, origin, direction, opacity) {
     if (off > (REACH * largest(i)) ** 2) continue;
     const met = nearestOn(scene, i, [x, y, z], direction);
     if (met.distance <= 0 || met.q > REACH * REACH) continue;
-    const most = opacity / (1 + Math.exp(-HARMONIC * logits[i]));
-    found.push([met.distance, Math.min(0.99, most * Math.exp(-0.5 * met.q))]);
+    if (!isShown([means[3 * i], means[3 * i + 1], means[3 * i + 2]])) continue;
+    const most = 1 / (1 + Math.exp(-HARMONIC * logits[i]));
+    found.push({ distance: met.distance, index: i, alpha: Math.min(0.99, most * Math.exp(-0.5 * met.q)) });
   }
-  found.sort((a, b) => a[0] - b[0]);
+  found.sort((a, b) => a.distance - b.distance);
   let light = 1;
-  for (const [distance, alpha] of found) {
+  for (const { distance, index, alpha } of found) {
     light *= 1 - alpha;
-    if (light < 0.5) return distance;
+    if (light < 0.5) return { distance, index };
   }
   return null;
 }

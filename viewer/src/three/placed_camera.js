@@ -7,7 +7,7 @@ import { supersamplingFor } from "../viewer/supersampling.js";
 
 /** @typedef {import("../render/types.js").SceneData} SceneData */
 /** @typedef {import("three").Camera} ThreeCamera */
-/** @typedef {import("three").Mesh & {opacity: number, grade: Matrix4 | null}} Drawn */
+/** @typedef {import("three").Mesh & {opacity: number, grade: Matrix4 | null, crop: import("three").Box3 | null}} Drawn */
 /**
  * How a frame is drawn; the same for all meshes of a scene.
  *
@@ -100,5 +100,6 @@ export function meshUniforms(frame, mesh, scene, near, levelSigma) {
       floats.set(factors, 72 + 4 * i);
     }
   }
+  if (mesh.crop) floats.set([...mesh.crop.min.toArray(), 1, ...mesh.crop.max.toArray()], 84);
   return floats;
 }

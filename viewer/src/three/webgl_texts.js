@@ -139,7 +139,7 @@ void main() {
     moments += one.a * weights.gb / max(weights.r, 1e-12 * weight_scale);
   }
   moments /= max(sum.a, 1e-6);
-  color_out = sum / float(supersampling * supersampling);
+  color_out = (1.0 - whole.w) * sum / float(supersampling * supersampling);
   proximity_out = vec4(moments.x, sqrt(max(moments.y - moments.x * moments.x, 0.0)), 0.0, 0.0);
 }
 `;
@@ -253,7 +253,7 @@ void main() {
   for (int k = 0; k < supersampling * supersampling; k++) {
     sum += resolved(at + ivec2(k % supersampling, k / supersampling), weights);
   }
-  sum /= float(supersampling * supersampling);
+  sum *= (1.0 - whole.w) / float(supersampling * supersampling);
   float proximity = weights.g / weights.r;
 #endif
 #ifdef DEPTH

@@ -234,7 +234,7 @@ fn shown_at(first: vec2i) -> Shown {
     color += resolved(sums);
     weights = sums.weights;
   }
-  return Shown(color / f32(samples()), weights.g / weights.r);
+  return Shown((1.0 - view.faded) * color / f32(samples()), weights.g / weights.r);
 }
 
 struct Layer {
@@ -254,7 +254,7 @@ fn layer_of(@builtin(position) position: vec4f) -> Layer {
   }
   moments /= max(sum.a, 1e-6);
   let spread = sqrt(max(moments.y - moments.x * moments.x, 0.0));
-  return Layer(sum / f32(samples()), vec4f(moments.x, spread, 0.0, 0.0));
+  return Layer((1.0 - view.faded) * sum / f32(samples()), vec4f(moments.x, spread, 0.0, 0.0));
 }
 `;
 

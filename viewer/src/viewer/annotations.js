@@ -2,6 +2,7 @@
 
 import { continued, flyTo, parsedPath, play } from "./camera_path.js";
 import { visible } from "./localize.js";
+import { adoptStyle } from "./style.js";
 import { dot, length, minus, plus } from "./vector.js";
 
 /** @typedef {import("./vector.js").Vector} Vector */
@@ -91,8 +92,7 @@ export class Dots {
     this.#input = element;
     const layer = this.#layer;
     layer.className = "annotations";
-    const style = document.createElement("style");
-    style.textContent = STYLE;
+    adoptStyle(root, STYLE);
     this.#bubble.hidden = true;
     this.#bubble.id = "annotation";
     this.#bubble.setAttribute("role", "status");
@@ -105,7 +105,7 @@ export class Dots {
       button.addEventListener("click", () => this.#show(i === this.#open ? -1 : i));
       return { button, annotation };
     });
-    layer.append(style, ...this.#dots.map(({ button }) => button), this.#bubble);
+    layer.append(...this.#dots.map(({ button }) => button), this.#bubble);
     layer.addEventListener("keydown", (event) => {
       if (event.key === "Escape") this.#show(-1);
       if (event.key === "Enter" || event.key === " ") event.stopPropagation(); // keys of the viewer

@@ -94,3 +94,25 @@ function framingOf(element) {
   }
   return given;
 }
+
+/** Make attributes properties, unless there are such. @param {HTMLElement} prototype @param {string[]} observed */
+export function reflect(prototype, observed) {
+  const others = "poster path renderer levels variant loading autoplay noui polite linkable";
+  for (const name of [...observed, ...others.split(" ")]) {
+    const property = name.replace("-p", "P");
+    if (property in prototype) continue;
+    const isSwitch = /^(auto|noui|polite|free|link)/.test(name);
+    Object.defineProperty(prototype, property, {
+      /** @this {HTMLElement} */
+      get() {
+        return isSwitch ? this.hasAttribute(name) : (this.getAttribute(name) ?? "");
+      },
+      /** @this {HTMLElement} @param {unknown} value React sets the text of a switch */
+      set(value) {
+        if (isSwitch) this.toggleAttribute(name, value === "" || !!value);
+        else if (value == null) this.removeAttribute(name);
+        else this.setAttribute(name, String(value));
+      },
+    });
+  }
+}

@@ -1,5 +1,6 @@
 /** Opens and closes the dialogs, copies what they show, and shares the page's address. */
 
+import { trustedHtml } from "../assets.js";
 import { codeOf, isLocal, offer } from "./share.js";
 
 /** @typedef {import("./texts.js").Texts} Texts */
@@ -60,7 +61,7 @@ export class Dialogs {
     this.#part("share .copied").textContent = "";
     /** @type {HTMLElement} */ (panel.querySelector("[data-act=send]")).hidden = !navigator.share;
     this.show("share");
-    code.innerHTML = isLocal(location) ? "" : await codeOf(href);
+    code.innerHTML = trustedHtml(isLocal(location) ? "" : await codeOf(href));
     code.hidden = !code.innerHTML;
     this.#part("about").textContent = isLocal(location) ? texts.local : code.hidden ? "" : texts.scan;
   }

@@ -7,4 +7,5 @@ export { makeJoystick } from "./joystick.js";
 export { Split } from "./split.js";
 export { FrameStats } from "./stats.js";
 export { Slotted } from "./slotted.js";
+export { save } from "./share.js";
 export { svgCode } from "./qr.js";

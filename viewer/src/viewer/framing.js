@@ -1,9 +1,9 @@
 /** First views and limits of the camera that a file's notes tell; as mobilegs/viewpoints/framing.py. */
 
-import { turnedFromUsual } from "./up.js";
+import { Pose } from "./pose.js";
+import { USUAL, turnedFromUsual } from "./up.js";
 import { dot, length, minus, plus, unit } from "./vector.js";
 
-/** @typedef {import("./pose.js").Pose} Pose */
 /** @typedef {import("./viewer.js").Mode} Mode */
 /** @typedef {import("./vector.js").Vector} Vector */
 /**
@@ -151,6 +151,24 @@ export function parsedFloor(text) {
 export function startFor(notes, width, height) {
   const portrait = width < height ? parsedStart(notes.start_portrait) : null;
   return portrait ?? parsedStart(notes.start);
+}
+
+/**
+ * The first view of a scene on a screen of this shape: as its notes tell, or else that of a training camera.
+ *
+ * @param {object} scene
+ * @param {Record<string, unknown>} scene.notes
+ * @param {import("../mgs/header.js").View[]} scene.views
+ * @param {Vector | null} scene.up null: as the views tell
+ * @param {() => Float32Array} scene.means
+ * @param {number} width
+ * @param {number} height
+ * @returns {Pose}
+ */
+export function firstPose({ notes, views, up, means }, width, height) {
+  const start = startFor(notes, width, height);
+  if (start) return Pose.fromStart(start, up ?? (views.length ? Pose.fromViews(views).up : USUAL));
+  return views.length ? Pose.fromViews(views, 0, up) : Pose.around(means(), up ?? USUAL);
 }
 
 /**

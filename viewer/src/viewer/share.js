@@ -1,4 +1,4 @@
-/** Shares the page's address: by the device's own menu, as a link to copy, and as a QR code. */
+/** Shares the page's address, by the device's own menu, as a link to copy and as a QR code; and saves pictures. */
 
 import { own } from "../assets.js";
 
@@ -34,4 +34,12 @@ export async function codeOf(text) {
   } catch {
     return "";
   }
+}
+
+/** Save a picture as a file. @param {Blob | null | undefined} picture */
+export function save(picture) {
+  if (!picture) return;
+  const link = document.createElement("a");
+  Object.assign(link, { href: URL.createObjectURL(picture), download: "scene.png" }).click();
+  setTimeout(() => URL.revokeObjectURL(link.href), 1000);
 }

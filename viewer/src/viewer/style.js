@@ -164,7 +164,7 @@ textarea {
   font: 12px/1.3 ui-monospace, monospace; color: inherit; background: var(--field); border: 0; border-radius: 10px;
   box-sizing: border-box; width: 100%; padding: 10px; direction: ltr;
 }
-.still { position: absolute; inset: 0; width: 100%; height: 100%; pointer-events: none; }
+.still { opacity: 1; position: absolute; inset: 0; width: 100%; height: 100%; pointer-events: none; }
 .wake {
   position: absolute; inset: 0; margin: auto; width: 72px; height: 72px; border-radius: 50%; background: var(--paper);
 }
@@ -178,3 +178,10 @@ textarea {
 .drop { inset: 12px; border: 2px dashed var(--accent); display: grid; place-items: center; text-align: center; }
 @media (prefers-reduced-motion: reduce) { *, ::before { transition: none !important; animation: none !important; } }
 `;
+
+/** Give a shadow tree a style, which also policies without `style-src 'unsafe-inline'` allow. @param {ShadowRoot} root */
+export function adoptStyle(root, text = STYLE) {
+  const sheet = new CSSStyleSheet();
+  sheet.replaceSync(text);
+  root.adoptedStyleSheets.push(sheet);
+}

@@ -1,7 +1,6 @@
 /** The HTML of the custom element, and its keyboard shortcuts. Its texts are set by `localize`. */
 
 import { icon } from "./icons.js";
-import { STYLE } from "./style.js";
 
 /** @typedef {import("./texts.js").Texts} Texts */
 
@@ -51,7 +50,6 @@ const SHORTCUTS = KEY_HELP.map(([keys, does]) => {
 });
 
 export const TEMPLATE = `
-<style>${STYLE}</style>
 <canvas tabindex="0" role="application"></canvas>
 <div class="split" role="slider" tabindex="0" aria-valuemin="0" aria-valuemax="100" hidden>
   <span></span><span></span>

@@ -1,6 +1,6 @@
 /** Renders one or two scenes with one camera, and follows the input. */
 
-import { excessOf, limitsFor, parsedFloor, resist, spring, startFor } from "./framing.js";
+import { excessOf, firstPose, limitsFor, parsedFloor, resist, spring } from "./framing.js";
 import { Input } from "./input.js";
 import { SceneView } from "./scene_view.js";
 import { pointUnder } from "./pick.js";
@@ -466,14 +466,10 @@ export class Viewer {
 
   /** As `first_pose` in mobilegs/viewpoints/pose.py. */
   #firstPose() {
-    const { views } = this;
-    if (this.#up === null) {
-      const { clientWidth, clientHeight } = this.#canvas;
-      const start = startFor(this.notes, clientWidth, clientHeight);
-      if (start) return Pose.fromStart(start, this.#direction ?? (views.length ? Pose.fromViews(views).up : USUAL));
-      if (views.length) return Pose.fromViews(views, 0, this.#direction);
-    }
-    return Pose.around(this.#first.means, this.#direction ?? USUAL);
+    const { clientWidth, clientHeight } = this.#canvas;
+    const known = this.#up === null ? { notes: this.notes, views: this.views } : { notes: {}, views: [] };
+    const scene = { ...known, up: this.#direction, means: () => this.#first.means };
+    return firstPose(scene, clientWidth, clientHeight);
   }
 
   /** The upward direction that notes give, or else the file. */
