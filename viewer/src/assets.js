@@ -20,10 +20,10 @@ export async function own(loading) {
 const policy = /** @type {any} */ (globalThis).trustedTypes?.createPolicy("mobilegs", { createHTML: String, createScriptURL: String });
 
 /** A text of ours, as HTML. @param {string} text */
-export const trustedHtml = (text) => policy?.createHTML(text) ?? text;
+export const trustedHtml = (text) => (policy ? policy.createHTML(text) : text);
 
 /** Start a worker. @param {string} address of a script of ours */
-export const startWorker = (address) => new Worker(policy?.createScriptURL(address) ?? address);
+export const startWorker = (address) => new Worker(policy ? policy.createScriptURL(address) : address);
 
 /** @param {string} text */
 export const bytesOfBase64 = (text) => Uint8Array.from(atob(text), (character) => character.charCodeAt(0));

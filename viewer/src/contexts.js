@@ -19,6 +19,8 @@ const holders = new Set();
 /** Those that wait for one. @type {Set<Holder>} */
 const waiting = new Set();
 
+const isHidden = (/** @type {Holder} */ { inSight }) => inSight === false;
+
 /** Whether one more context of a cost is too much. @param {number} cost */
 const isFull = (cost) => [...holders].reduce((sum, one) => sum + one.cost, cost) > MOST;
 
@@ -33,7 +35,7 @@ export function take(holder, asked) {
   holders.delete(holder);
   while (isFull(holder.cost)) {
     const all = [...holders];
-    const other = all.find(({ inSight }) => inSight === false) ?? (asked ? all[0] : undefined);
+    const other = all.find(isHidden) ?? (asked && all[0]);
     if (!other) {
       waiting.add(holder);
       return false;
@@ -68,6 +70,6 @@ export function used(holder) {
 /** Let elements in sight try again, if there may be a context for them. */
 function wake() {
   for (const one of [...waiting]) {
-    if (one.inSight && (!isFull(one.cost) || [...holders].some(({ inSight }) => inSight === false))) one.resume();
+    if (one.inSight && (!isFull(one.cost) || [...holders].some(isHidden))) one.resume();
   }
 }

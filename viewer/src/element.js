@@ -89,7 +89,10 @@ export class MobileGs extends (globalThis.HTMLElement ?? Object) {
   #asleep = null;
   /** @type {import("./contexts.js").Holder} */
   #holder = { inSight: null, cost: 2, suspend: () => this.#suspend(), resume: () => this.#start() };
-  #sight = new IntersectionObserver(([{ isIntersecting }]) => seen(this.#holder, isIntersecting));
+  #sight = new IntersectionObserver(([{ isIntersecting }]) => {
+    seen(this.#holder, isIntersecting);
+    if (this.viewer) this.viewer.visible = isIntersecting;
+  });
   /** Starts the viewer when the element is less than a screen away from the visible part of the page. */
   #near = new IntersectionObserver((all) => all.some((one) => one.isIntersecting) && this.#start(), NEAR);
 
@@ -153,8 +156,7 @@ export class MobileGs extends (globalThis.HTMLElement ?? Object) {
     this.#near.disconnect();
     this.#part("chrome").hidden = this.hasAttribute("noui");
     this.#holder.cost = navigator.gpu && this.getAttribute("renderer") !== "webgl" ? 1 : 2;
-    const able = take(this.#holder, asked);
-    this.#part("wake").hidden = able;
+    const able = (this.#part("wake").hidden = take(this.#holder, asked));
     if (!able) return void this.#localize();
     this.#begin();
     if (this.#asleep) this.#restore(this.#asleep); // kept until the scene is drawn
@@ -189,6 +191,7 @@ export class MobileGs extends (globalThis.HTMLElement ?? Object) {
     void this.#localize();
     const canvas = /** @type {HTMLCanvasElement} */ (this.#root.querySelector("canvas"));
     this.viewer = new Viewer(canvas, this, optionsOf(this));
+    this.viewer.visible = this.#holder.inSight !== false;
     canvas.classList.toggle("polite", this.hasAttribute("polite"));
     for (const name of VIEWER_ATTRIBUTES) applyAttribute(this, this.viewer, name);
     this.#ready = this.viewer.begin(choice);

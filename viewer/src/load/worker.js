@@ -312,7 +312,7 @@ async function load(request) {
 let decoder;
 
 /** @param {MessageEvent} event */
-export async function receive({ data }) {
+export const receive = async ({ data }) => {
   if ("decoderInputs" in data) {
     decoder = new GaussianDecoder(data.decoderInputs);
   } else if ("rows" in data) {
@@ -327,6 +327,6 @@ export async function receive({ data }) {
   } else {
     await load(data);
   }
-}
+};
 
 if (globalThis.self) self.onmessage = receive; // Node.js has none

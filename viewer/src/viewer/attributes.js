@@ -97,21 +97,21 @@ function framingOf(element) {
 
 /** Make attributes properties, unless there are such. @param {HTMLElement} prototype @param {string[]} observed */
 export function reflect(prototype, observed) {
-  const others = "poster path renderer levels variant loading autoplay noui polite linkable";
+  const others = "poster path renderer levels variant loading autoplay noui polite";
   for (const name of [...observed, ...others.split(" ")]) {
     const property = name.replace("-p", "P");
     if (property in prototype) continue;
-    const isSwitch = /^(auto|noui|polite|free|link)/.test(name);
+    const isSwitch = /^(auto|noui|polite|free)/.test(name);
     Object.defineProperty(prototype, property, {
       /** @this {HTMLElement} */
       get() {
-        return isSwitch ? this.hasAttribute(name) : (this.getAttribute(name) ?? "");
+        const text = this.getAttribute(name);
+        return isSwitch ? text !== null : (text ?? "");
       },
       /** @this {HTMLElement} @param {unknown} value React sets the text of a switch */
       set(value) {
-        if (isSwitch) this.toggleAttribute(name, value === "" || !!value);
-        else if (value == null) this.removeAttribute(name);
-        else this.setAttribute(name, String(value));
+        if (isSwitch ? !value && value !== "" : value == null) this.removeAttribute(name);
+        else this.setAttribute(name, isSwitch ? "" : String(value));
       },
     });
   }

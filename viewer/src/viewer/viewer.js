@@ -74,6 +74,7 @@ export class Viewer {
   #mode = "orbit";
   /** The plane in which the eye walks: its normal and offset. @type {{normal: Vector, offset: number} | null} */
   #ground = null;
+  #visible = true;
   #requested = 0; // animation frame
   #last = 0; // time of the last frame
   #touched = -Infinity; // time of the last input
@@ -156,9 +157,15 @@ export class Viewer {
     this.#second = null;
   }
 
+  /** Whether the visitor may see the canvas: nothing is drawn while it is scrolled away. @param {boolean} visible */
+  set visible(visible) {
+    this.#visible = visible;
+    if (visible) this.redraw();
+  }
+
   /** Render in the next animation frame. */
   redraw() {
-    if (!this.#requested && !this.measured && !this.session) this.#requested = requestAnimationFrame((time) => this.#frame(time));
+    if (!this.#requested && !this.measured && !this.session && this.#visible) this.#requested = requestAnimationFrame((time) => this.#frame(time));
   }
 
   /** Return to the first pose, or to a training camera. @param {number} [index] */
