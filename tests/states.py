@@ -61,16 +61,19 @@ STATES = {
     "vulkan": State("Vulkan in software", RENDERERS, {"__EGL_VENDOR_LIBRARY_FILENAMES": NOWHERE}),
     "offline": State(
         "no network but the machine's own",
-        ("tests/view", "tests/batch", "tests/live", "tests/cli", "tests/web/test_viewer.py"),
+        ("tests/view", "tests/batch", "tests/live", "tests/web/test_viewer.py"),
         prefix=(*UNSHARE, "sh", "-c", 'ip link set lo up && exec "$@"', "-"),
     ),
     "user": State(
         "no privileges of root",
-        ("tests/test_atomic.py", "tests/cli", "tests/pipeline/test_run_folder.py", "tests/view"),
+        ("tests/test_atomic.py", "tests/cli/test_main.py", "tests/pipeline/test_run_folder.py",
+         "tests/view/test_export.py"),
         prefix=("setpriv", "--bounding-set=-all", "--inh-caps=-all", "--no-new-privs"),
     ),
     "c": State(
-        "locale C", (*COMMAND_LINE, "tests/capture/test_photos.py"), {"LC_ALL": "C", "LANG": "C"}
+        "locale C",
+        ("tests/cli/test_main.py", "tests/capture/test_photos.py"),
+        {"LC_ALL": "C", "LANG": "C"},
     ),
     "ascii": State(
         "locale C without UTF-8",

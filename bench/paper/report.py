@@ -1,8 +1,9 @@
 """Write the tables and the plot of the paper's pages from the collected cells.
 
-docs/explanation/paper.md gets one line for each table of the paper, paper_settings.md what each
-departure of the default gains. `make docs` makes the page of the tables line by line and of all
-rows, paper_tables.md, which is not committed.
+docs/explanation/paper.md gets the table at equal bytes, a verdict on each claim of the paper, the
+long runs and the short ones; paper_settings.md what each departure of the default gains. `make
+docs` makes the page of the tables line by line and of all rows, paper_tables.md, which is not
+committed.
 
     python -m bench.paper.report [--json bench/results/paper.json] [--tables FILE]
 
@@ -22,13 +23,15 @@ from bench.paper.claims import (
     CLAIMS,
     DEPARTURES,
     LINES,
-    LONG,
     PAPER_DELTAS,
+    Line,
     base_of,
     claimed_base,
 )
+from bench.paper.equal_bytes import MOTION, equal_table
 from bench.paper.printed_bytes import readings
-from bench.paper.rows import ROWS
+from bench.paper.rows import RELEASES, ROWS
+from bench.paper.verdicts import LONG, own_rows, place, verdict_of
 from bench.record import filled
 from mobilegs.train.recipes import RECIPES
 
@@ -40,6 +43,7 @@ FEW = 3  # cells that need no plot
 COLUMNS = 3  # panels side by side
 SHOWN_DB = 7  # below the best row
 SMALL = ("bonsai-400", "horns-250", "lego-200")
+TESTED = ("horns-250", "lego-200", "bonsai-800-short")
 TITLES = {
     "main": "Teacher and students",
     "default": "The default as it ships",
@@ -236,7 +240,7 @@ def tables(cells: list[dict], headings: list[str], row) -> list[str]:
         if not names:
             continue
         base = base_of(names[0])
-        if kind not in ("main", "paper") and base in by_row:
+        if kind not in ("main", "paper", "default") and base in by_row:
             names = [base, *names]
         rows = [row(name, by_row[name], by_row.get(base_of(name))) for name in names]
         lines += [f"**{title}**", "", *table(headings, rows), ""]
@@ -318,20 +322,50 @@ def steps_told(found: Sequence[Found | None]) -> str:
     return "; ".join(f"{steps:,}" for steps in sorted({one.steps for one in found if one})) or "-"
 
 
-def claims(cells: list[dict]) -> list[str]:
-    """Return a table with one line for each of the paper's: its figures, ours, the verdict."""
+def equal_bytes(cells: list[dict]) -> list[str]:
+    """Return the table at equal bytes, or that there is none."""
+    motion = json.loads(MOTION.read_text())["rows"] if MOTION.exists() else {}
+    headings, rows = equal_table(cells, motion)
+    return table(headings, rows) if rows else ["No cells of equal bytes have been made yet."]
+
+
+def verdicts(cells: list[dict]) -> list[str]:
+    """Return a table with one line for each claim: the paper's figures, ours, the verdict."""
     rows = []
     for claim in CLAIMS:
         lines = [LINES[key][index] for key, index in claim.lines]
-        found = [[longest(cells, scene, line.rows) for line in lines] for scene in SMALL]
-        told = [
-            "; ".join(signed(one and one.psnr) for one in of_scene) or "-" for of_scene in found
-        ]
-        steps = steps_told([one for of_scene in found for one in of_scene])
-        rows.append([claim.about, claim.paper, *told, steps, claim.verdict])
-    lines = table(["paper", "its figures", *SMALL, "steps", "agrees"], rows, words=2)
-    lines[1] = f"{lines[1].removesuffix('---: |')}--- |"
-    return lines
+        found = {line.about: [_tested(cells, scene, line) for scene in TESTED] for line in lines}
+        told = verdict_of(
+            [(line.paper, [one and one.psnr for one in found[line.about]]) for line in lines]
+        )
+        columns = zip(*found.values(), strict=True) if found else [()] * len(TESTED)
+        figures = ["; ".join(signed(one and one.psnr) for one in some) for some in columns]
+        blank = ["-" if not text.strip("-; ") else text for text in figures]
+        rows.append([told, claim.about, claim.paper, *blank])
+    rows.sort(key=lambda row: place(row[0]))
+    return table(["verdict", "claim", "paper", *TESTED], rows, words=3)
+
+
+def _tested(cells: list[dict], scene: str, line: Line) -> Found | None:
+    """Return the figures of the line's own rows on a scene, if a run was long enough."""
+    found = longest(cells, scene, own_rows(line))
+    return found if found is not None and found.steps >= LONG else None
+
+
+def short_runs(cells: list[dict]) -> list[str]:
+    """Return a table of the claims' lines that no long run tests, from the longest runs."""
+    rows = []
+    for claim in CLAIMS:
+        lines = [LINES[key][index] for key, index in claim.lines]
+        lines = [line for line in lines if not any(_tested(cells, s, line) for s in TESTED)]
+        for line in lines:
+            of_scenes = [longest(cells, scene, line.rows) for scene in SMALL]
+            names = sorted({one.row for one in of_scenes if one}, key=line.rows.index)
+            row = ", ".join(f"`{name}`" for name in names)
+            told = [signed(one and one.psnr) for one in of_scenes]
+            if names:
+                rows.append([line.about, row, signed(line.paper), *told, steps_told(of_scenes)])
+    return table(["line", "row", "paper", *SMALL, "steps"], rows)
 
 
 def paper_table(cells: list[dict], key: str) -> list[str]:
@@ -381,44 +415,50 @@ def departures(cells: list[dict]) -> list[str]:
     return table(headings, rows, words=4)
 
 
+def float32_networks(cells: list[dict]) -> list[str]:
+    """Return a table of scenes with a network: as their files have it, and in float32."""
+    key = "psnr_float32_network"
+    rows = [
+        [cell["scene"], f"`{cell['row']}`", f"{cell['psnr']:.3f}", f"{cell[key]:.3f}"]
+        for cell in cells
+        if key in cell and cell["row"] in ("release", "paper")
+    ]
+    return table(["capture", "row", "float16, dB", "float32, dB"], rows)
+
+
 def printed_bytes() -> list[str]:
     """Return the table of the paper's printed sizes against two readings of its codebooks."""
     headings = ["entries", "printed, MiB", "eight codebooks (`paper`)", "five codebooks"]
     return table(headings, readings(RECIPES["paper"]().student.quantization.codebooks), words=1)
 
 
-LONG_ROWS = ("teacher", "ours", "ours-sorted", "release", "paper", "paper-no-order-independence")
-LONG_ROWS += ("early-codes", "early-codes-sorted")
+LONG_ROWS = ("teacher", "ours", "ours-sorted", "paper", "paper-no-order-independence", *RELEASES)
 
 
-def long_runs(cells: list[dict]) -> list[str]:
-    """Return the figures of the long runs, the mean over teachers, or that there are none."""
+def pairs(cells: list[dict]) -> list[str]:
+    """Return the figures of the long runs whose commit is known, a line for each teacher."""
     rows = []
-    runs = {run: found for run, found in runs_of(cells).items() if run.student_steps >= LONG}
-    for scene, steps in sorted({(run.scene, run.student_steps) for run in runs}):
-        found = [cell for run in runs if run.scene == scene for cell in runs[run]]
-        found = [cell for cell in found if cell["student_steps"] in (0, steps)]
-        for name in LONG_ROWS:
-            some = [cell for cell in found if cell["row"] == name]
-            if not some:
-                continue
-            psnrs = [cell["psnr"] for cell in some]
+    known = [cell for cell in cells if "commit" in cell and cell["row"] in LONG_ROWS]
+    runs = runs_of([cell for cell in known if cell["student_steps"] >= LONG])
+    for run, found in runs.items():
+        for cell in sorted(found, key=lambda cell: (cell["seed"], LONG_ROWS.index(cell["row"]))):
             rows.append(
                 [
-                    f"{scene}, {steps:,}",
-                    f"`{name}`",
-                    str(len(some)),
-                    number(psnrs, 2) + spread(psnrs),
-                    number([cell["ssim"] for cell in some], 4),
-                    number([cell.get("lpips_vgg") for cell in some], 3),
-                    number([cell["bytes"] / 1000 for cell in some], 0),
-                    number([cell["gaussians"] / 1000 for cell in some], 1),
+                    run.scene,
+                    f"`{cell['row']}`",
+                    str(cell.get("teacher_seed", cell["seed"])),
+                    f"{cell['psnr']:.2f}",
+                    f"{cell['ssim']:.4f}",
+                    f"{cell['lpips_vgg']:.4f}",
+                    f"{cell['bytes'] / 1000:.0f}",
+                    f"{cell['gaussians']:,}",
+                    f"{cell['student_steps']:,}",
+                    f"{cell['seconds']:,}",
+                    cell["commit"],
                 ]
             )
-    if not rows:
-        return ["No run of 10,000 student steps has been made yet."]
-    headings = ["scene, steps", "row", "runs", "PSNR", "SSIM", "LPIPS", "kB", "k Gaussians"]
-    return table(headings, rows)
+    headings = ["capture", "row", "teacher", "PSNR", "SSIM", "LPIPS", "kB", "Gaussians"]
+    return table([*headings, "steps", "seconds", "commit"], rows)
 
 
 def sections(cells: list[dict]) -> list[str]:
@@ -491,9 +531,13 @@ def main() -> None:
         options.tables.write_text(tables_page(cells))
         return
     for page, name, lines in (
-        (PAGE, "claims", claims(cells)),
+        (PAGE, "equal", equal_bytes(cells)),
+        (PAGE, "verdicts", verdicts(cells)),
+        (PAGE, "pairs", pairs(cells)),
+        (PAGE, "short", short_runs(cells)),
         (SETTINGS, "departures", departures(cells)),
         (SETTINGS, "bytes", printed_bytes()),
+        (SETTINGS, "float32", float32_networks(cells)),
     ):
         page.write_text(filled(page.read_text(), name, "\n".join(lines).strip()))
     plot(cells)
@@ -502,7 +546,7 @@ def main() -> None:
 
 def tables_page(cells: list[dict]) -> str:
     """Return the text of docs/explanation/paper_tables.md."""
-    lines = [TABLES_HEAD, "## The longest runs", "", *long_runs(cells), ""]
+    lines = [TABLES_HEAD]
     for key in LINES:
         lines += [f"## {HEADS[key]}", "", *paper_table(cells, key), ""]
     return "\n".join([*lines, *sections(cells), ""])

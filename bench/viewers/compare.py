@@ -63,6 +63,7 @@ RING = 360  # cameras around the scene, one a degree
 JUMPS = [120, 240]  # degrees
 TURN_STEP, TURN_SPEED = 6, 90  # degrees a frame, degrees a second
 ALIKE = 99.0  # dB, reported where two pictures are equal
+SETTLED = 50.0  # dB; a frame of a turn that is further from the settled picture is stale
 
 
 @dataclass(frozen=True)
@@ -106,9 +107,8 @@ def install() -> None:
     subprocess.run(["npm", "install", "--no-audit", "--no-fund"], cwd=PEERS, check=True)
 
 
-def ring_of(mgs: Path, width: int, height: int) -> list[Camera]:
-    """Return cameras on a circle around the point that the capture's cameras look at."""
-    views = read_mgs(mgs).views
+def ring_of(views: list[Camera], width: int, height: int, step: float = 1.0) -> list[Camera]:
+    """Return cameras on a circle around the point that `views` look at, `step` degrees apart."""
     eyes = torch.stack([view.position for view in views]).double()
     down, forward = (torch.stack([v.viewmat[i, :3] for v in views]).double() for i in (1, 2))
     # the place nearest to all lines of sight: sum of (I - f f^T) (x - eye) = 0
@@ -119,7 +119,7 @@ def ring_of(mgs: Path, width: int, height: int) -> list[Camera]:
     focal = math.sqrt(width * first.K[0, 0] / first.width * height * first.K[1, 1] / first.height)
     K = torch.tensor([[focal, 0, width / 2], [0, focal, height / 2], [0, 0, 1]])
     ring = []
-    for angle in torch.arange(RING) * (2 * math.pi / RING):
+    for angle in torch.arange(RING) * (step * 2 * math.pi / RING):
         along = up * (up @ back)
         turned = along + (back - along) * angle.cos() + torch.linalg.cross(up, back) * angle.sin()
         viewmat = look_at(center + turned, center, up).float()
@@ -238,6 +238,7 @@ def errors_of(
         true = truth(degrees)
         rows.append([psnr(moving, settled), psnr(moving, true), psnr(settled, true)])
     found: dict[str, Any] = {"frames": len(rows)}
+    found["stale"] = sum(row[0] < SETTLED for row in rows)
     found["frame_ms"] = median([frame["milliseconds"] for frame in seen])
     for column, pair in enumerate(("moving_settled", "moving_true", "settled_true")):
         values = [row[column] for row in rows]
@@ -286,17 +287,21 @@ def summary(rounds: list[dict[str, Any]]) -> dict[str, Any]:
     return found
 
 
-def measure(options: argparse.Namespace) -> dict[str, dict[str, Any]]:
-    """Measure all viewers in turns and return their rows; print why a viewer fails."""
+def measure(
+    options: argparse.Namespace, views: list[Camera], chosen: dict[str, Variant]
+) -> dict[str, dict[str, Any]]:
+    """Measure viewers in turns, around what `views` look at, and return their rows.
+
+    Prints why a viewer fails.
+    """
     from playwright.sync_api import Error, sync_playwright
 
     install()
     scenes = {"mgs": options.mgs, "ply": options.ply}
     width, height = map(int, options.size.split("x"))
-    ring = ring_of(options.mgs, width, height)
+    ring = ring_of(views, width, height)
     server, truth = Server(FOLDERS, scenes), Truth(scenes, ring)
     server.plan = plan_of(ring)
-    chosen = {name: v for name, v in VARIANTS.items() if options.only in name}
     rounds: dict[str, list[dict]] = {name: [] for name in chosen}
     rest: dict[str, dict] = {}
     failed: set[str] = set()
@@ -380,7 +385,8 @@ def main() -> None:
         scene={"mgs": options.mgs.name, "ply": options.ply.name, "name": options.name},
         plan={"frames": options.frames, "rounds": options.rounds},
     )
-    for name, row in measure(options).items():
+    chosen = {name: v for name, v in VARIANTS.items() if options.only in name}
+    for name, row in measure(options, read_mgs(options.mgs).views, chosen).items():
         figures.add(f"{name}, {options.size}", **row)
 
 

@@ -1,6 +1,9 @@
 """Reports of the benchmarks: tables and pages made of their cells."""
 
+import numpy as np
+
 from bench.paper import report as paper_report
+from bench.paper.equal_bytes import equal_table, popping
 from bench.paper.report import Run
 from mobilegs.train.recipes import RECIPES, with_settings
 
@@ -95,5 +98,65 @@ def test_the_longest_runs_with_both_rows_count() -> None:
     found = paper_report.longest(cells, "horns-250", ("paper-no-quantization", "no-codes"))
     assert found == paper_report.Found("no-codes", 200, 0.5, 3.0)
     assert paper_report.longest(cells, "lego-200", ("no-codes",)) is None
-    [line] = [line for line in paper_report.claims(cells) if "vector quantisation" in line]
-    assert "| - | +0.50 | - | 200 |" in line
+    [line] = [line for line in paper_report.short_runs(cells) if "vector quantisation" in line]
+    assert "| `no-codes` | +0.21 | - | +0.50 | - | 200 |" in line
+
+
+def test_a_verdict_needs_the_papers_own_rows_at_length_on_two_captures() -> None:
+    def told(deltas: dict[str, float], row: str, base: str, steps: int = 10_000) -> str:
+        cells = [
+            cell(name, scene, student_steps=steps, psnr=psnr)
+            for scene, delta in deltas.items()
+            for name, psnr in ((base, 30.0), (row, 30.0 + delta))
+        ]
+        [line] = [line for line in paper_report.verdicts(cells) if " no pruning " in line]
+        return line.split(" | ")[0].removeprefix("| ")
+
+    row, base = "release-no-votes", "release"
+    both = {"horns-250": 0.3, "lego-200": 0.12}
+    assert told(both, row, base) == "reproduced"  # the paper's is +0.10
+    assert told({name: -delta for name, delta in both.items()}, row, base) == "contradicted"
+    assert told(both | {"lego-200": 0.09}, row, base) == "mixed"
+    assert told(dict.fromkeys(both, 0.05), row, base) == "contradicted"
+    assert told({"horns-250": 0.3}, row, base) == "not tested"
+    assert told(both, row, base, steps=9000) == "not tested"
+    assert told(both, "no-pruning", "codebooks") == "not tested"  # not the paper's own model
+
+
+def test_lines_of_a_claim_may_differ() -> None:
+    deltas = {6: -0.3, 8: 0.0}
+    cells = [
+        cell(name, scene, student_steps=10_000, psnr=30.0 + delta)
+        for scene in ("horns-250", "lego-200")
+        for name, delta in (
+            ("release", 0.0),
+            *((f"release-codebook-{bits}", delta) for bits, delta in deltas.items()),
+        )
+    ]
+    lines = paper_report.verdicts(cells)
+    [line] = [line for line in lines if "codebooks of" in line]
+    assert line.startswith("| reproduced; contradicted; not tested |")
+    assert "| -0.30; +0.00; - | -0.30; +0.00; - | - |" in line
+    assert lines.index(line) == 2 and lines[3].startswith("| not tested |")
+
+
+def test_files_of_equal_bytes_are_compared() -> None:
+    cells = [
+        cell("default", "horns-250", bytes=100_000, student_steps=5, lpips_vgg=0.1),
+        cell("default-sorted", "horns-250", bytes=97_000, psnr=40.0, lpips_vgg=0.1),  # too small
+        cell("default-sorted", "horns-250", bytes=98_500, psnr=31.0, lpips_vgg=0.1),
+        cell("default-sorted", "horns-250", bytes=101_500, psnr=31.5, lpips_vgg=0.1),
+        cell("default-sorted", "horns-250", bytes=100_000, psnr=50.0, student_steps=9),
+        cell("default", "lego-200"),  # with no other
+    ]
+    motion = {"horns-250, default, WebGPU": {"frame_ms": 8.2, "stale": 0, "frames": 9, "pops": 0.0}}
+    _, rows = equal_table(cells, motion)
+    assert [row[2] for row in rows] == ["30.00", "31.50"]
+    assert rows[0][-3:] == ["8", "0 of 9", "0.0"] and rows[1][-3:] == ["-", "-", "-"]
+
+
+def test_a_pixel_that_jumps_pops_and_one_that_moves_evenly_does_not() -> None:
+    frames = np.zeros((6, 4, 5, 3))
+    frames[:, 0, 0] = 20 * np.arange(6)[:, None]  # evenly
+    frames[3:, 1, 1] = 12  # at once
+    assert popping(frames) == 1e5 / (3 * 20)

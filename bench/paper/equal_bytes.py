@@ -1,0 +1,174 @@
+"""Compare the default with sorted students whose files have as many bytes: pictures, then motion.
+
+    python -m bench.paper.equal_bytes --runs RUNS --scenes horns-250 lego-200
+
+Cells come from bench/paper/run.py: row `default`, and `default-sorted` or `default-sorted-sh-2`
+with a larger `teacher.max_splats` and `student.quantization.target_mb`. Of each sorted row the best
+one counts whose file is within 2 % of the default's. This script opens their files:
+
+- *frame*: the time of a frame of our viewer in headless Chromium, as bench/viewers/compare.py has
+  it, at 800 pixels of width.
+- *stale*: frames of two turns, by 6 degrees a frame and by 90 degrees a second, that are less than
+  50 dB from the viewer's own settled picture: their order comes too late.
+- *pops*: pixels of 100,000 that jump by more than 8 levels, and by that much more than a frame
+  before and after, while the camera turns by 0.1 degrees a frame; drawn by the kernels in exact
+  order.
+"""
+
+import argparse
+import json
+import os
+from collections.abc import Iterator, Mapping
+from pathlib import Path
+
+import numpy as np
+import torch
+
+from bench.paper.captures import CAPTURES, find_capture
+from bench.paper.cells import CELL
+from bench.record import RESULTS, Figures
+from bench.viewers.compare import Variant, measure, ring_of
+from mobilegs.camera import Camera
+from mobilegs.data import load_capture
+from mobilegs.scene_file import open_scene
+
+CLOSE = 0.02  # between two files of equal bytes
+BASE = "default"
+SORTED = "default-sorted", "default-sorted-sh-2"
+WIDTH = 800  # pixels
+FINE, FRAMES = 0.1, 60  # degrees between two frames, and their number
+JUMP = 8.0  # levels of 255
+MOTION = RESULTS / "equal_bytes.json"
+
+
+def equal_cells(cells: list[dict]) -> dict[str, list[dict]]:
+    """Return the cells of each scene: the longest default, then the best of each sorted row."""
+    found: dict[str, list[dict]] = {}
+    for scene in CAPTURES:
+        of_scene = [cell for cell in cells if cell["scene"] == scene]
+        bases = [cell for cell in of_scene if cell["row"] == BASE]
+        if not bases:
+            continue
+        base = max(bases, key=lambda cell: cell["student_steps"])
+        found[scene] = [base]
+        for row in SORTED:
+            near = [cell for cell in of_scene if cell["row"] == row and _is_equal(cell, base)]
+            if near:
+                found[scene].append(max(near, key=lambda cell: cell["psnr"]))
+    return {scene: some for scene, some in found.items() if len(some) > 1}
+
+
+def _is_equal(cell: Mapping, base: Mapping) -> bool:
+    steps = ("teacher_steps", "student_steps")
+    same = all(cell[name] == base[name] for name in steps)
+    return same and abs(cell["bytes"] / base["bytes"] - 1) <= CLOSE
+
+
+def key_of_motion(cell: Mapping, api: str) -> str:
+    """Return the name of a cell's figures in motion."""
+    return f"{cell['scene']}, {cell['row']}, {api}"
+
+
+def equal_table(cells: list[dict], motion: Mapping[str, Mapping]) -> tuple[list[str], list[list]]:
+    """Return the headings and rows of the table."""
+    rows = []
+    for scene, some in equal_cells(cells).items():
+        width, height = some[0]["image_size"]
+        for cell in some:
+            moved = motion.get(key_of_motion(cell, "WebGPU"))
+            told = ["-"] * 3
+            if moved is not None:
+                told = [f"{moved['frame_ms']:.0f}", f"{moved['stale']} of {moved['frames']}"]
+                told.append(f"{moved['pops']:.1f}")
+            rows.append(
+                [
+                    f"{scene.split('-')[0]} {width}x{height}",
+                    f"`{cell['row']}`",
+                    f"{cell['psnr']:.2f}",
+                    f"{cell['ssim']:.4f}",
+                    f"{cell['lpips_vgg']:.4f}",
+                    f"{cell['bytes'] / 1000:.0f}",
+                    f"{cell['gaussians']:,}",
+                    *told,
+                ]
+            )
+    headings = ["capture", "row", "PSNR", "SSIM", "LPIPS", "kB", "Gaussians"]
+    headings += ["frame, ms", "stale frames", "pops of 100,000"]
+    return headings, rows
+
+
+def popping(drawn: np.ndarray) -> float:
+    """Return the pixels of 100,000 that pop between two frames, the mean over the frames.
+
+    A pixel pops where its largest change is above the changes of the frames before and after by
+    JUMP. `drawn` is `[frames, h, w, 3]`, 0 to 255.
+    """
+    change = np.abs(np.diff(drawn, axis=0)).max(-1)
+    beside = np.maximum(change[:-2], change[2:])
+    return float(1e5 * (change[1:-1] - beside > JUMP).mean())
+
+
+def pops(path: Path, cameras: list[Camera]) -> float:
+    """Return the popping of a scene along a path, drawn by the kernels."""
+    scene = open_scene(path, torch.device("cpu"))
+    with torch.no_grad():
+        frames = (255 * scene.render(camera).image.clamp(0, 1) for camera in cameras)
+        return popping(np.stack([frame.round().numpy() for frame in frames]))
+
+
+def motion_of(options: argparse.Namespace, some: list[tuple[dict, Path]]) -> Iterator[tuple]:
+    """Yield the name and the figures in motion of each cell of a scene, the default first."""
+    base = some[0][0]
+    place = CAPTURES[base["scene"]]
+    capture = find_capture(options.data, place)
+    assert capture is not None, f"{options.data} has no {place.folders[0]}"
+    dataset = load_capture(capture, downscale=place.downscale)
+    views = [frame.camera for frame in dataset.train]
+    width, height = base["image_size"]
+    size = WIDTH, round(WIDTH * height / width)
+    fine = ring_of(views, *size, step=FINE)[:FRAMES]
+    for cell, path in some:
+        popped = pops(path, fine)
+        for api, wish in (("WebGPU", "webgpu"), ("WebGL2", "webgl")):
+            variant = Variant("ours", "mgs", {"api": wish})
+            scene = {"mgs": path, "ply": path, "size": f"{size[0]}x{size[1]}"}
+            more = {"warm": 3, "pictures": None}
+            wanted = argparse.Namespace(**vars(options) | scene | more)
+            [row] = measure(wanted, views, {api: variant}).values()
+            turns = [row[turn] for turn in ("turn", "timed")]
+            yield (
+                key_of_motion(cell, api),
+                {
+                    "size": list(size),
+                    "frame_ms": row["frame_ms"]["median"],
+                    "stale": sum(turn["stale"] for turn in turns),
+                    "frames": sum(turn["frames"] for turn in turns),
+                    "least_db": min(turn["moving_settled"]["min"] for turn in turns),
+                    "pops": round(popped, 2),
+                    "bytes": cell["bytes"],
+                },
+            )
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("--data", type=Path, default=os.environ.get("MOBILEGS_DATA"))
+    parser.add_argument("--runs", type=Path, default=Path("runs/paper"))
+    parser.add_argument("--scenes", nargs="+", required=True, choices=CAPTURES, metavar="SCENE")
+    parser.add_argument("--frames", type=int, default=10)
+    parser.add_argument("--turn-frames", type=int, default=10)
+    parser.add_argument("--rounds", type=int, default=2)
+    parser.add_argument("--json", type=Path, default=MOTION)
+    options = parser.parse_args()
+    options.data = Path(options.data)
+    figures = Figures(options.json)
+    paths = [path for name in options.scenes for path in options.runs.glob(f"{name}/*/{CELL}")]
+    folders = [(json.loads(path.read_text()), path.parent) for path in sorted(paths)]
+    for some in equal_cells([cell for cell, _ in folders]).values():
+        files = [next(f for c, f in folders if c is cell) / "scene.mgs" for cell in some]
+        for name, found in motion_of(options, list(zip(some, files, strict=True))):
+            figures.add(name, **found)
+
+
+if __name__ == "__main__":
+    main()
