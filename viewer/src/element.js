@@ -177,7 +177,7 @@ export class MobileGs extends (globalThis.HTMLElement ?? Object) {
       this.#asleep = { choices: viewer.choices, pose: viewer.pose };
       const still = viewer.copy();
       still.className = "still";
-      this.#part("bar").before(still);
+      this.#part("wake").before(still);
     }
     this.#part("wake").hidden = false;
     this.#end();
