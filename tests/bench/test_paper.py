@@ -153,13 +153,15 @@ def test_every_row_of_the_papers_tables_is_another_student() -> None:
     for name, row in ROWS.items():
         recipe = with_method(short_recipe(), row.teacher)  # pyright: ignore[reportArgumentType]
         if not row.archived:
-            made[name] = with_settings(recipe, row.settings), row.method
+            made[name] = with_settings(recipe, row.settings), row.method, row.classic
     default = with_method(short_recipe(), "mini-splatting")
-    assert made["ours"] == made["teacher"] == (default, Method())
-    several = [made[name] for name in made if name not in ("ours", "teacher", "codebook-10")]
+    assert made["ours"] == made["teacher"] == (default, Method(), True)
+    assert made["default"] == made["default-teacher"] == (default, Method(), False)
+    same = ("ours", "teacher", "codebook-10", "default-teacher")
+    several = [made[name] for name in made if name not in same]
     assert all(several.count(each) == 1 for each in several)
     assert made["codebook-10"] == made["codebooks"]
-    recipes = {name: recipe for name, (recipe, _) in made.items()}
+    recipes = {name: recipe for name, (recipe, *_) in made.items()}
     assert recipes["no-order-independence"].student.blend == "sorted"
     paper, sorts = recipes["paper"].student, recipes["paper-no-order-independence"].student
     assert sorts == replace(paper, blend="sorted") and sorts.view_dependence.kind == "network"
