@@ -180,7 +180,7 @@ def test_the_report_is_copied_without_a_clipboard_api(tab: Tab, served: Any) -> 
 
 def test_open_works_right_after_the_element_is_created(tab: Tab, served: Any) -> None:
     visit(tab, served("scene.mgs", MGS))
-    count = tab.page.evaluate(
+    found = tab.page.evaluate(
         """async () => {
           const scene = await (await fetch("/scene")).blob();
           const before = document.querySelector("mobile-gs");
@@ -190,13 +190,19 @@ def test_open_works_right_after_the_element_is_created(tab: Tab, served: Any) ->
           element.open(scene);
           const loaded = () => new Promise((done) => element.addEventListener("load", done));
           await loaded();
-          const again = loaded();
+          const { viewer } = element;
           document.body.append(element.parentNode.removeChild(element)); // as frameworks do
+          await new Promise(requestAnimationFrame);
+          const kept = element.viewer === viewer;
+          element.remove();
+          await new Promise(requestAnimationFrame);
+          const again = loaded();
+          document.body.append(element);
           await again;
-          return element.viewer.count;
+          return [kept, element.viewer.count];
         }"""
     )
-    assert count == 800
+    assert found == [True, 800]
 
 
 def test_a_lazy_element_loads_when_it_is_nearly_visible(tab: Tab, served: Any) -> None:
