@@ -21,7 +21,7 @@ const waiting = new Set();
 
 const isHidden = (/** @type {Holder} */ { inSight }) => inSight === false;
 
-/** Whether one more context of a cost is too much. @param {number} cost */
+/** True if one more context of a cost is too much. @param {number} cost */
 const isFull = (cost) => [...holders].reduce((sum, one) => sum + one.cost, cost) > MOST;
 
 /**

@@ -299,7 +299,7 @@ export class MobileGs extends (globalThis.HTMLElement ?? Object) {
 
   /** @internal @param {string} name @param {string | null} before @param {string | null} value */
   attributeChangedCallback(name, before, value) {
-    if (name === "src") this.#source = null;
+    if (name === "src") this.#source = this.#asleep = null; // another scene has another camera
     if (name === "compare") this.#other = undefined;
     if (!this.viewer || value === before) return;
     if (TEXT_ATTRIBUTES.includes(name)) {

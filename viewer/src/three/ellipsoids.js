@@ -98,7 +98,7 @@ export function bodyOf(scene, means, logits) {
 }
 
 /**
- * How far along a ray half of the light is gone, and the Gaussian there; null if more of it passes.
+ * The distance along a ray at which half of the light is gone, and the Gaussian there; null if more of it passes.
  *
  * A Gaussian takes the share that its opacity from all directions has at the ray's nearest point.
  *

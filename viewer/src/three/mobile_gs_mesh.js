@@ -79,7 +79,7 @@ export class MobileGSMesh extends Mesh {
   #store;
   #listener;
   #onError;
-  /** That hold all Gaussians. @type {{box: Box3, sphere: Sphere} | null} */
+  /** Box and sphere that hold all Gaussians. @type {{box: Box3, sphere: Sphere} | null} */
   #whole = null;
   #end;
   #warned = false; // that exporters leave the Gaussians out
@@ -250,7 +250,7 @@ export class MobileGSMesh extends Mesh {
     return (this.#whole = { box, sphere: box.getBoundingSphere(new Sphere()) });
   }
 
-  /** Whether a part may be visible; three.js calls this. @internal @param {Frustum} frustum */
+  /** True if a part may be visible; three.js calls this. @internal @param {Frustum} frustum */
   intersectsFrustum(frustum) {
     return frustum.intersectsSphere(worldSphere.copy(this.#bounds.sphere).applyMatrix4(this.matrixWorld));
   }

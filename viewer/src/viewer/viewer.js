@@ -157,7 +157,7 @@ export class Viewer {
     this.#second = null;
   }
 
-  /** Whether the visitor may see the canvas: nothing is drawn while it is scrolled away. @param {boolean} visible */
+  /** True if the visitor may see the canvas: nothing is drawn while it is scrolled away. @param {boolean} visible */
   set visible(visible) {
     this.#visible = visible;
     if (visible) this.redraw();
