@@ -155,13 +155,19 @@ def gpu_step_rows(rows: dict[str, Any]) -> Rows:
     ]
 
 
+def rms(decibels: float) -> float:
+    """Return the error of a picture, of 255."""
+    return 255 * 10 ** (-decibels / 20)
+
+
 def viewer_rows(viewers: dict[str, Any]) -> Rows:
-    """Return the time per frame, the bytes sent and the error during a turn of every viewer."""
+    """Return the time per frame, the bytes, the memory and the errors in a turn of every viewer."""
     found = []
     for name, row in viewers.items():
         if ", float" in name:
             continue
         frame, turn = row["frame_ms"], row["turn"]["moving_settled"]["median"]
+        settled = "noise" if "stochastic" in name else "equal" if turn >= ALIKE else number(turn, 1)
         found.append(
             [
                 name.rpartition(", ")[0],
@@ -170,8 +176,9 @@ def viewer_rows(viewers: dict[str, Any]) -> Rows:
                 f"{row['cpu_ms']['median']:.0f}",
                 number((row["viewer_gzip_bytes"] or math.nan) / 1e3, 0),
                 number(row["scene_bytes"] / 1e6, 1),
-                "equal" if turn >= ALIKE else number(turn, 1),
-                number(row["turn"]["moving_true"]["median"], 1),
+                " + ".join(number(value, 0) for value in row["memory_mb"]),
+                settled,
+                *(number(rms(row[turn]["moving_true"]["median"]), 1) for turn in ("turn", "timed")),
             ]
         )
     return found
@@ -352,11 +359,12 @@ def blocks(results: dict[str, Any]) -> dict[str, str]:
             "part | size | beside 6 programs | beside 8",
         ),
         "viewer": block(
-            "viewer",
-            "viewers.compare",
+            "viewers_in_motion",
+            "viewers.compare --json viewers_in_motion.json",
             viewer_rows,
             "viewer | load ms | frame ms, median / least | CPU ms | viewer kB | scene MB "
-            "| turning against settled, dB | turning against the reference, dB",
+            "| memory MB, page + GPU | turning against settled, dB "
+            "| turning against the reference, of 255 | by time, of 255",
         ),
         "screens": block(
             "screens",

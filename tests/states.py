@@ -53,7 +53,8 @@ STATES = {
     "bare": State(
         "no GPU renderer, browser, compiler, Node.js, ffmpeg or git",
         (*RENDERERS, "tests/cli", "tests/view", "tests/web", "tests/fuzz/test_fuzz.py",
-         "tests/render/test_cuda_on_host.py", "tests/bench", "tests/csrc"),
+         "tests/render/test_cuda_on_host.py", "tests/bench/test_modules.py",
+         "tests/bench/test_phone.py", "tests/bench/test_record.py", "tests/csrc"),
         NO_GPU,
         hidden=True,
     ),

@@ -132,7 +132,7 @@ def motion_of(options: argparse.Namespace, some: list[tuple[dict, Path]]) -> Ite
         for api, wish in (("WebGPU", "webgpu"), ("WebGL2", "webgl")):
             variant = Variant("ours", "mgs", {"api": wish})
             scene = {"mgs": path, "ply": path, "size": f"{size[0]}x{size[1]}"}
-            more = {"warm": 3, "pictures": None}
+            more = {"warm": 3, "pictures": None, "loads": 0}
             wanted = argparse.Namespace(**vars(options) | scene | more)
             [row] = measure(wanted, views, {api: variant}).values()
             turns = [row[turn] for turn in ("turn", "timed")]

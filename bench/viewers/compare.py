@@ -1,7 +1,7 @@
 """Compare web viewers: one scene, one camera path, headless Chromium.
 
     python -m bench.viewers.compare --mgs RUN/scene.mgs --ply RUN/teacher.ply [--json OUT]
-        [--size 800x533] [--frames 10]
+        [--size 800x533] [--frames 10] [--only "ours, WebGPU" "PlayCanvas*"]
 
 Ours and `MobileGSMesh` draw the student's `.mgs` sort-free. The other viewers, and ours sorted,
 draw the `.ply` of its teacher. The others come from npm (`package.json` in this folder). All use
@@ -17,10 +17,12 @@ another one:
   has finished it. *cpu*: seconds of all browser processes per frame, sorting workers included.
 - *settle*: time after a jump by 120 degrees until the picture is within 50 dB of the settled one.
   Every frame is read back, which the time includes; the number of frames says more.
+- *memory*: what the page's and the GPU's processes hold after the orbit, beyond an empty page's
+  (PSS). Ours opens its scene `--loads` times more, which shows what stays.
 - *turn*: 6 degrees per frame; *timed*: 90 degrees a second. Both run in the first round only.
   `--turn-frames 0` leaves both out. Each picture is compared with the viewer's own settled picture
   from there, which shows the cost of a stale order, and with the true image: the CPU kernels'
-  render of the file.
+  render of the file. Stochastic pictures settle with their noise: only the true image shows it.
 
 Ours picks the fastest way to draw at its start, unless its name says float16 or float32. Viewers
 run as they ship, except that nothing fades in, spherical harmonics have the highest degree that
@@ -40,6 +42,7 @@ import math
 import os
 import subprocess
 from dataclasses import dataclass, field
+from fnmatch import fnmatch
 from functools import partial
 from pathlib import Path
 from typing import Any
@@ -87,6 +90,9 @@ VARIANTS = {
     "ours sorted, WebGPU": Variant("ours", "ply", {"api": "webgpu"}),
     "ours sorted, WebGL2": Variant("ours", "ply", {"api": "webgl"}),
     "PlayCanvas 2.23.3, WebGPU": Variant("playcanvas", "ply", {"api": "webgpu"}),
+    "PlayCanvas 2.23.3, stochastic": Variant(
+        "playcanvas", "ply", {"api": "webgpu", "stochastic": "1"}
+    ),
     "PlayCanvas 2.23.3, WebGL2": Variant("playcanvas", "ply", {"api": "webgl"}),
     "three.js 0.187.0, WebGPU": Variant("three-splat", "ply"),
     "Spark 2.2.0, WebGL2": Variant("spark", "ply"),
@@ -159,9 +165,25 @@ def psnr(a: np.ndarray, b: np.ndarray) -> float:
     return min(ALIKE, 10 * math.log10(255**2 / error)) if error else ALIKE
 
 
+def processes(session: Any) -> list[dict[str, Any]]:
+    return session.send("SystemInfo.getProcessInfo")["processInfo"]
+
+
 def cpu_seconds(session: Any) -> float:
     """Return the CPU time of all browser processes so far."""
-    return sum(p["cpuTime"] for p in session.send("SystemInfo.getProcessInfo")["processInfo"])
+    return sum(process["cpuTime"] for process in processes(session))
+
+
+def memory_of(session: Any, page: Any) -> np.ndarray:
+    """Return MB of the page's processes and of the GPU's, shared pages divided (PSS)."""
+    page.request_gc()
+    found = {"renderer": 0.0, "GPU": 0.0}
+    for process in processes(session):
+        if process["type"] in found:
+            text = Path(f"/proc/{process['id']}/smaps_rollup").read_text()
+            (kilobytes,) = (line.split()[1] for line in text.splitlines() if line[:4] == "Pss:")
+            found[process["type"]] += int(kilobytes) / 1e3
+    return np.array(list(found.values()))
 
 
 @dataclass
@@ -173,6 +195,7 @@ class Plan:
     frames: int
     warm: int
     turn_frames: int
+    loads: int
 
 
 def visit(playwright: Any, server: Server, variant: Variant, plan: Plan) -> dict[str, Any]:
@@ -186,6 +209,7 @@ def visit(playwright: Any, server: Server, variant: Variant, plan: Plan) -> dict
         page.on("pageerror", lambda error: complaints.append(str(error)))
         page.set_default_timeout(0)
         session = browser.new_browser_cdp_session()
+        empty = memory_of(session, page)
         wishes = {"module": variant.module, "scene": f"/scene/scene.{variant.scene}"}
         page.goto(f"{server.address}/page.html?{urlencode(wishes | variant.wishes)}")
 
@@ -200,7 +224,10 @@ def visit(playwright: Any, server: Server, variant: Variant, plan: Plan) -> dict
         before = cpu_seconds(session)
         found["frame_ms"] = ask(f"orbit({plan.frames}, 1)")
         found["cpu_ms"] = 1000 * (cpu_seconds(session) - before) / plan.frames
+        found["memory_mb"] = (memory_of(session, page) - empty).round(1).tolist()
         found["fragments"] = ask("fragments()")
+        if plan.turn_frames and ask(f"again({plan.loads})"):
+            found["memory_after_loads_mb"] = (memory_of(session, page) - empty).round(1).tolist()
         found["jumps"] = ask(f"jumps({JUMPS})")
         if plan.turn_frames == 0:
             return found
@@ -272,6 +299,9 @@ def summary(rounds: list[dict[str, Any]]) -> dict[str, Any]:
     found["settle_ms"] = median([jump["milliseconds"] for jump in jumps])
     if rounds[0]["fragments"] is not None:
         found["fragments"] = [round(value, 2) for value in rounds[0]["fragments"]]
+    found["memory_mb"] = np.median([r["memory_mb"] for r in rounds], 0).round(1).tolist()
+    if "memory_after_loads_mb" in rounds[0]:
+        found["memory_after_loads_mb"] = rounds[0]["memory_after_loads_mb"]
     found["settle_frames"] = median([jump["frames"] for jump in jumps])
     found["rounds"] = [
         {
@@ -311,7 +341,7 @@ def measure(
         first.close()
         for number in range(options.rounds):
             turns = 0 if number else options.turn_frames
-            plan = Plan(width, height, options.frames, options.warm, turns)
+            plan = Plan(width, height, options.frames, options.warm, turns, options.loads)
             for name, variant in rotated(chosen, number / options.rounds):
                 if name in failed:
                     continue
@@ -376,8 +406,9 @@ def main() -> None:
     parser.add_argument("--frames", type=int, default=10, help="of the slow orbit, in a round")
     parser.add_argument("--warm", type=int, default=3, help="frames before it, not counted")
     parser.add_argument("--turn-frames", type=int, default=5)
+    parser.add_argument("--loads", type=int, default=20, help="more of ours, after its orbit")
     parser.add_argument("--rounds", type=int, default=2)
-    parser.add_argument("--only", default="", help="viewers with this in their name")
+    parser.add_argument("--only", nargs="*", default=["*"], help="names of viewers, or patterns")
     parser.add_argument("--pictures", type=Path, help="folder for a picture of every viewer")
     options = parser.parse_args()
     figures = Figures(
@@ -385,7 +416,11 @@ def main() -> None:
         scene={"mgs": options.mgs.name, "ply": options.ply.name, "name": options.name},
         plan={"frames": options.frames, "rounds": options.rounds},
     )
-    chosen = {name: v for name, v in VARIANTS.items() if options.only in name}
+    chosen = {
+        name: variant
+        for name, variant in VARIANTS.items()
+        if any(fnmatch(name, pattern) for pattern in options.only)
+    }
     for name, row in measure(options, read_mgs(options.mgs).views, chosen).items():
         figures.add(f"{name}, {options.size}", **row)
 

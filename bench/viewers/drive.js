@@ -2,7 +2,7 @@
  * Drives one viewer along the plan's cameras, as an animation does, and measures it.
  *
  * The viewer is a module with `open(wishes)`, which resolves when the scene is loaded, with `canvas`,
- * `draw(camera)` and perhaps `about()`, what it draws with, and `fragments()`. `draw` lets the viewer do all that it
+ * `draw(camera)` and perhaps `about()`, what it draws with, `fragments()`, and `again()`, which opens the scene anew. `draw` lets the viewer do all that it
  * does in a frame of its own loop, sorting included, and resolves within that same animation frame
  * with the time at which the frame began.
  */
@@ -17,7 +17,7 @@
  * @property {number} near world units
  */
 /** @typedef {{canvas: HTMLCanvasElement, draw: (camera: Camera) => Promise<number>,
- *   about?: () => string, fragments?: () => Promise<number[] | null>}} Viewer */
+ *   about?: () => string, fragments?: () => Promise<number[] | null>, again?: () => Promise<void>}} Viewer */
 /** @typedef {Uint8ClampedArray} Picture */
 
 const SAME = 50; // dB between pictures that count as one: our sums' order changes the last bit
@@ -131,6 +131,15 @@ export const about = () => viewer.about?.() ?? null;
 
 /** Fragments per pixel of the last frame by level, if the viewer counts them. */
 export const fragments = async () => (await viewer.fragments?.()) ?? null;
+
+/** Opens the scene anew, and draws it, some times. @param {number} times @returns {Promise<boolean>} whether the viewer can */
+export async function again(times) {
+  for (let i = 0; i < times && viewer.again; i++) {
+    await viewer.again();
+    await frame(i, false);
+  }
+  return Boolean(viewer.again);
+}
 
 /** A slow orbit. @param {number} frames @param {number} step degrees @returns {Promise<number[]>} */
 export async function orbit(frames, step) {

@@ -21,7 +21,8 @@ export async function open({ stage, scene, api, sums, levels, camera }) {
   Object.assign(canvas.style, { width: "100%", height: "100%" });
   stage.append(canvas);
   let [heard, seen] = [{ resolve: () => {}, reject: () => {} }, () => {}];
-  const loaded = new Promise((resolve, reject) => (heard = { resolve, reject }));
+  const coming = () => new Promise((resolve, reject) => (heard = { resolve, reject }));
+  const loaded = coming();
   const listener = {
     progress: () => {},
     loaded: () => heard.resolve(),
@@ -38,7 +39,8 @@ export async function open({ stage, scene, api, sums, levels, camera }) {
     return { ...now, width, height, cx: width / 2, cy: height / 2 };
   };
   viewer.place(poseOf(now));
-  if (await viewer.begin(api)) viewer.load({ url: new URL(scene, location.href).href });
+  const { href } = new URL(scene, location.href);
+  if (await viewer.begin(api)) viewer.load({ url: href });
   await loaded;
   await viewer.calibrated;
   // frames are asked for one by one; a new order would ask for one of its own between two of them
@@ -55,5 +57,10 @@ export async function open({ stage, scene, api, sums, levels, camera }) {
     const { renderer, adapter, variant } = viewer.device;
     return [renderer, adapter, variant].join(", ");
   };
-  return { canvas, draw, about, fragments: () => viewer.fragments() };
+  const again = () => {
+    const next = coming();
+    viewer.load({ url: href });
+    return next;
+  };
+  return { canvas, draw, about, again, fragments: () => viewer.fragments() };
 }

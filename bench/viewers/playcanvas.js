@@ -19,7 +19,7 @@ function place(entity, { viewmat: m }) {
   entity.setRotation(new Quat().setFromMat4(world));
 }
 
-export async function open({ stage, scene, api, camera }) {
+export async function open({ stage, scene, api, stochastic, camera }) {
   const { width, height, fy, near } = camera;
   const canvas = document.createElement("canvas");
   stage.append(canvas);
@@ -38,6 +38,7 @@ export async function open({ stage, scene, api, camera }) {
   app.setCanvasFillMode(FILLMODE_NONE, width, height);
   app.setCanvasResolution(RESOLUTION_FIXED, width, height);
   app.start();
+  app.scene.gsplat.stochastic = Boolean(stochastic);
 
   const asset = new Asset("scene", "gsplat", { url: scene });
   await new Promise((resolve, reject) => {

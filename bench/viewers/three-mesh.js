@@ -17,9 +17,14 @@ export async function open({ stage, scene: url, api, camera }) {
   renderer.setSize(camera.width, camera.height);
   stage.append(renderer.domElement);
   const scene = new Scene();
-  const mesh = new MobileGSMesh({ url });
-  scene.add(mesh);
-  await mesh.loaded;
+  /** @type {MobileGSMesh} */
+  let mesh;
+  const again = async () => {
+    mesh?.removeFromParent().dispose();
+    scene.add((mesh = new MobileGSMesh({ url })));
+    await mesh.loaded;
+  };
+  await again();
   const taken = threeCamera(camera);
   place(taken, camera);
   renderer.render(scene, taken);
@@ -33,5 +38,5 @@ export async function open({ stage, scene: url, api, camera }) {
         resolve(began);
       });
     });
-  return { canvas: renderer.domElement, draw };
+  return { canvas: renderer.domElement, draw, again };
 }

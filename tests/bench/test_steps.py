@@ -41,6 +41,7 @@ def rows(dataset: Dataset) -> dict[str, dict]:
     teacher = Scene(blobs(), near=0.2)
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(bench.steps, "SETTLE_SECONDS", 0)
+        patch.setattr(bench.steps, "ROUNDS", 1)
         patch.setattr(bench.steps, "BESIDE_SECONDS", 0.2)
         measure(dataset, short_recipe(), teacher, list(PARTS), 4, [1], figures)
     return figures.rows

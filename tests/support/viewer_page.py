@@ -22,6 +22,12 @@ from tests.support.browser import Tab
 from tests.support.scene_cases import Case, make_scene
 
 RENDERERS = ["webgpu", "webgl"]
+# nothing inline, and no text becomes HTML or a script's address but by a policy of that name
+STRICT = (
+    "default-src 'none'; script-src 'self' 'wasm-unsafe-eval'; style-src 'self'; "
+    "connect-src 'self'; img-src 'self' data:; worker-src blob:; "
+    "require-trusted-types-for 'script'; trusted-types mobilegs"
+)
 MGS = encode_mgs(make_scene(Case(800, LobeShape(2, 12, (64,)), size=300)))
 # "loaded", or the message that the viewer shows; null before that
 SETTLED = """() => {

@@ -52,12 +52,13 @@ window.drawn = [];
     const element = document.querySelector("mobile-gs");
     element.addEventListener("load", () => {
       const { viewer } = element;
-      const { finished } = viewer;
-      viewer.finished = async function () { // called once per measured frame, after the draw
+      const { drawAt } = viewer;
+      viewer.drawAt = async function (...size) {
+        const took = await drawAt.apply(viewer, size);
         const { viewmat } = viewer.camera(9, 9);
         drawn.push({ forward: Array.from(viewmat).slice(8, 11), order: received });
         received = null;
-        await finished.call(viewer);
+        return took;
       };
     }, { once: true });
   });
@@ -142,10 +143,10 @@ def test_the_path_depends_on_the_number_of_frames_only(tab: Tab) -> None:
           const slowed = Number(new URLSearchParams(location.search).get("slowed"));
           element.addEventListener("load", () => {
             const { viewer } = element;
-            const { drawAndWait } = viewer;
-            viewer.drawAndWait = async function (...size) {
+            const { drawAt } = viewer;
+            viewer.drawAt = async function (...size) {
               poses.push([...viewer.pose.eye, ...viewer.pose.target]);
-              const order = await drawAndWait.apply(viewer, size);
+              const order = await drawAt.apply(viewer, size);
               await new Promise((resolve) => setTimeout(resolve, slowed));
               return order;
             };
@@ -168,10 +169,10 @@ def test_no_battery_and_a_hidden_page_are_reported(tab: Tab) -> None:
           const element = document.querySelector("mobile-gs");
           element.addEventListener("load", () => {
             const { viewer } = element;
-            const { drawAndWait } = viewer;
-            viewer.drawAndWait = async function (...size) {
-              viewer.drawAndWait = drawAndWait;
-              const order = await drawAndWait.apply(viewer, size);
+            const { drawAt } = viewer;
+            viewer.drawAt = async function (...size) {
+              viewer.drawAt = drawAt;
+              const order = await drawAt.apply(viewer, size);
               Object.defineProperty(document, "hidden", { value: true, configurable: true });
               document.dispatchEvent(new Event("visibilitychange"));
               delete document.hidden;

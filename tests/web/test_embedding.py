@@ -9,16 +9,10 @@ import pytest
 from PIL import Image
 
 from tests.support.browser import Tab
-from tests.support.viewer_page import MGS, RENDERERS, frames, visit
+from tests.support.viewer_page import MGS, RENDERERS, STRICT, frames, visit
 
 pytestmark = pytest.mark.thorough
 
-# nothing inline, and no text becomes HTML or a script's address but by a policy of that name
-STRICT = (
-    "default-src 'none'; script-src 'self' 'wasm-unsafe-eval'; style-src 'self'; "
-    "connect-src 'self'; img-src 'self' data:; worker-src blob:; "
-    "require-trusted-types-for 'script'; trusted-types mobilegs"
-)
 HOLDERS = "[...document.querySelectorAll('mobile-gs')].map((one) => Boolean(one.viewer))"
 
 

@@ -17,12 +17,13 @@ import torch
 from torch.nn.functional import normalize
 
 from mobilegs import __version__
-from mobilegs.mgs.codec import encode_mgs, read_mgs
+from mobilegs.formats.ply import write_ply
+from mobilegs.mgs.codec import decode_mgs, encode_mgs, read_mgs
 from tests.support.browser import Tab, polled
 from tests.support.node import assert_close, node_program
 from tests.support.npm_package import EXAMPLES, MODULES, hosted, packed, project, run, vite
 from tests.support.scene_cases import CASES, make_scene
-from tests.support.viewer_page import MGS, screen, still, until
+from tests.support.viewer_page import MGS, STRICT, screen, still, until
 
 pytestmark = pytest.mark.thorough
 
@@ -414,6 +415,39 @@ def test_a_sandboxed_frame_shows_a_scene(fresh: Callable[..., Path], tab: Tab) -
         loaded = "document.querySelector('mobile-gs')?.dataset.state === 'loaded'"
         polled(tab.page.frames[1], loaded, timeout=60_000)
         assert still(tab).std() > 10
+
+
+@pytest.mark.parametrize("scene", ["scene.mgs", "scene.ply"])
+@pytest.mark.parametrize("workers", ["'self'", "'none'"])
+def test_a_page_hosts_the_script_of_the_workers(
+    workers: str, scene: str, fresh: Callable[..., Path], tab: Tab
+) -> None:
+    """Policies may forbid `blob:`, or workers at all: the page draws and decodes nevertheless."""
+    folder = fresh()
+    script = "process.stdout.write(await (await import('mobilegs')).workerScript())"
+    written = run(folder, "--input-type=module", "-e", script)
+    (folder / "mobilegs-worker.js").write_text(written, "utf-8")
+    write_ply(folder / "scene.ply", decode_mgs(MGS).decode().gaussians)
+    (folder / "hosted.js").write_text(
+        """import "./node_modules/mobilegs/dist/element.js";
+        import { decodeMgs, setWorker } from "./node_modules/mobilegs/dist/index.js";
+        setWorker("mobilegs-worker.js");
+        document.querySelector("mobile-gs").src = location.hash.slice(1);
+        decodeMgs("scene.mgs").then(({ count }) => (document.title = String(count)));"""
+    )
+    page = """<!doctype html><meta charset=utf-8><link rel=icon href=data:,><title>hosted</title>
+      <script type=module src=hosted.js></script><mobile-gs></mobile-gs>"""
+    policy = STRICT.replace("worker-src blob:", f"worker-src {workers}")
+    headers = {"Content-Type": "text/html", "Content-Security-Policy": policy}
+    tab.ignore("worker-src 'none'")
+    started: list[str] = []
+    tab.page.on("worker", lambda worker: started.append(worker.url))
+    with hosted(folder) as address:
+        tab.page.route(f"{address}/hosted.html", lambda r: r.fulfill(body=page, headers=headers))
+        assert opened(tab, f"{address}/hosted.html#{scene}") == "loaded"
+        tab.page.wait_for_function("document.title === '800'")
+        assert still(tab).std() > 10
+        assert bool(started) == (workers == "'self'"), started
 
 
 @contextmanager

@@ -19,7 +19,7 @@ from tests.support.golden import TRAINED, view_network
 from tests.support.page_renderers import KINDS, in_javascript
 from tests.support.placed_scenes import Placed, Sums, ball_depths, sums_of
 from tests.support.scene_cases import Case, make_scene
-from tests.support.three_page import SCRIPTS, Pages, ThreePage, pixels_of
+from tests.support.three_page import CLEAR, SCRIPTS, Pages, ThreePage, pixels_of
 
 pytestmark = pytest.mark.thorough
 
@@ -291,6 +291,45 @@ def test_meshes_of_one_address_share_what_is_loaded(pages: Pages) -> None:
     assert len(found[6]) == 1 and "not exported" in found[6][0]
     # the meshes', and that of the test itself
     assert sum(url.endswith("shared.mgs") for url in requests) == 2
+
+
+@pytest.mark.parametrize("kind", ["webgpu", "webgl"])
+def test_a_disposed_mesh_leaves_nothing_on_the_gpu(kind: str, pages: Pages) -> None:
+    page = pages(kind)
+    page.share("trained.mgs", TRAINED.read_bytes())
+    page.tab.run(
+        """const live = (window.live = new Set());
+        const wrap = (where, made, ended) => {
+          const [make, end] = [where[made], ended.of[ended.name]];
+          where[made] = function (...given) {
+            const one = make.apply(this, given);
+            live.add(one);
+            return one;
+          };
+          ended.of[ended.name] = function (...given) {
+            live.delete(ended.of === where ? given[0] : this);
+            return end.apply(this, given);
+          };
+        };
+        if (three.renderer.backend?.isWebGPUBackend) {
+          for (const { name, prototype } of [GPUBuffer, GPUTexture, GPUQuerySet]) {
+            const ended = { of: prototype, name: "destroy" };
+            wrap(GPUDevice.prototype, name.replace("GPU", "create"), ended);
+          }
+        } else {
+          const of = WebGL2RenderingContext.prototype;
+          for (const kind of ["Buffer", "Texture", "Framebuffer", "VertexArray", "Program"]) {
+            wrap(of, `create${kind}`, { of, name: `delete${kind}` });
+          }
+        }"""
+    )
+    left = []
+    for _ in range(3):
+        code = "await load('/arrays/trained.mgs');"
+        assert page.picture(view(), code).std() > 0.05
+        page.picture(view(), CLEAR)
+        left.append(page.tab.run("return live.size;"))
+    assert left[1] == left[2], left
 
 
 @pytest.mark.quick

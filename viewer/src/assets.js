@@ -22,8 +22,11 @@ const policy = /** @type {any} */ (globalThis).trustedTypes?.createPolicy("mobil
 /** A text of ours, as HTML. @param {string} text */
 export const trustedHtml = (text) => (policy ? policy.createHTML(text) : text);
 
+/** An address of a script of ours. @param {string} address */
+export const trustedAddress = (address) => (policy ? policy.createScriptURL(address) : address);
+
 /** Start a worker. @param {string} address of a script of ours */
-export const startWorker = (address) => new Worker(policy ? policy.createScriptURL(address) : address);
+export const startWorker = (address) => new Worker(trustedAddress(address));
 
 /** @param {string} text */
 export const bytesOfBase64 = (text) => Uint8Array.from(atob(text), (character) => character.charCodeAt(0));
@@ -84,5 +87,11 @@ class PackedWorker {
   }
 }
 
-/** @param {Packed} packed @returns {Worker} */
-export const packedWorker = (packed) => /** @type {Worker} */ (/** @type {unknown} */ (new PackedWorker(packed)));
+/** Starts a worker from a script that the page hosts. */
+let hosted = /** @type {(() => Worker) | null} */ (null);
+
+/** @param {typeof hosted} start of all workers of scenes; null: they start from packed scripts */
+export const hostWorkers = (start) => void (hosted = start);
+
+/** @param {() => Packed} load @returns {Worker} */
+export const packedWorker = (load) => hosted?.() ?? /** @type {Worker} */ (/** @type {unknown} */ (new PackedWorker(load())));

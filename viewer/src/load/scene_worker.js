@@ -7,7 +7,7 @@ import { packedWorker, unpacked } from "../assets.js";
 
 /** @param {Request} request @returns {Worker} */
 export function startLoading(request) {
-  const worker = packedWorker(import("../worker.packed.js"));
+  const worker = packedWorker(() => import("../worker.packed.js"));
   worker.postMessage(request);
   return worker;
 }

@@ -56,7 +56,7 @@ const SOON = 1500;
 const GAUSSIANS_PER_BYTE = 8;
 const PARTS = /** @type {Part[]} */ (["shapes", "colors", "lobes"]);
 
-/** Takes the script of `formats_worker.js`. */
+/** Takes the address of the script of `formats_worker.js`. */
 let receiveFormats = (/** @type {string} */ _) => {};
 /** Means of the Gaussians of a sorted scene. */
 let means = new Float32Array(0);
@@ -219,7 +219,9 @@ async function loadMgs(source) {
 async function loadOther(source, total) {
   /** @type {Promise<string>} */
   const formats = new Promise((resolve) => (receiveFormats = resolve));
-  send({ kind: "formats" });
+  // a script that the page hosts contains that of formats
+  if (self.location.protocol === "blob:") send({ kind: "formats" });
+  else receiveFormats(`${self.location.href}#formats`);
   let [bytes, received] = [new Uint8Array(total || MORE), 0];
   const reader = source.getReader();
   for (let piece; !(piece = await reader.read()).done; ) {
@@ -246,13 +248,13 @@ async function loadOther(source, total) {
  * Parse a file in a worker of its own.
  *
  * @param {Uint8Array<ArrayBuffer>} bytes which are transferred
- * @param {string} formats the worker's script; empty if it could not be loaded
+ * @param {string} formats address of the worker's script; empty if it could not be loaded
  * @returns {Promise<SceneData>}
  */
 async function parsed(bytes, formats) {
   const lost = () => new Error("the viewer's own files could not be loaded: reload the page");
   if (!formats) throw lost();
-  const worker = startWorker(addressOf(formats));
+  const worker = startWorker(formats);
   try {
     return await new Promise((resolve, reject) => {
       worker.onmessage = (/** @type {MessageEvent<import("./formats_worker.js").Parsed>} */ { data }) => {
@@ -323,7 +325,7 @@ export const receive = async ({ data }) => {
     const order = backToFront(means, data.forward);
     send({ kind: "order", order }, [order.buffer]);
   } else if ("formats" in data) {
-    receiveFormats(data.formats);
+    receiveFormats(data.formats && addressOf(data.formats));
   } else {
     await load(data);
   }

@@ -106,7 +106,7 @@ async function streamOf(source, signal) {
  * @returns {Promise<MgsScene>}
  */
 async function decodeInWorker(stream, signal, onProgress) {
-  const worker = packedWorker(import("../worker.packed.js"));
+  const worker = packedWorker(() => import("../worker.packed.js"));
   const pieces = stream.getReader();
   const over = new AbortController();
   try {
@@ -116,7 +116,7 @@ async function decodeInWorker(stream, signal, onProgress) {
         else if (data.kind === "decoded") resolve(data.scene);
         else reject(data.kind === "damaged" ? new SceneError(data.message) : new Error(data.message));
       };
-      worker.onerror = () => reject(new Error("a worker of mobilegs cannot start: does the page's policy allow blob: workers?"));
+      worker.onerror = () => reject(new Error("a worker of mobilegs cannot start: allow worker-src blob: in the page's policy, or host the script (setWorker)"));
       signal?.addEventListener("abort", () => reject(signal.reason), { signal: over.signal });
       const send = async () => {
         for (let next; !(next = await pieces.read()).done; ) worker.postMessage({ piece: next.value });

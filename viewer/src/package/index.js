@@ -1,5 +1,5 @@
 /**
- * Entry point `mobilegs`: the decoder.
+ * Entry point `mobilegs`: the decoder, and where workers start from.
  *
  *     import { decodeMgs } from "mobilegs";
  *
@@ -8,6 +8,7 @@
 
 export { SceneError } from "../mgs/error.js";
 export { decodeMgs } from "./decode.js";
+export { setWorker, workerScript } from "./hosted_worker.js";
 
 /** @typedef {import("./decode.js").DecodeOptions} DecodeOptions */
 /** @typedef {import("./decode.js").MgsCamera} MgsCamera */

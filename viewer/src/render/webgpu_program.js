@@ -79,6 +79,11 @@ export class Program {
     }
   }
 
+  /** Free the timer, for a device that goes on. */
+  destroy() {
+    for (const part of Object.values(this.#clock ?? {})) part.destroy();
+  }
+
   /** True if sums can be float32. */
   get blendsFloats() {
     return FLOATS.every((name) => this.device.features.has(name));

@@ -74,7 +74,7 @@ export class SceneStore {
     const worker = loadingWorker(request, ({ data }) => this.#worker === worker && this.#receive(data));
     worker.onerror = (event) => {
       event.preventDefault();
-      this.#fail("the files of mobilegs could not be loaded in a worker: does the page's policy allow blob: workers?");
+      this.#fail("a worker of mobilegs cannot start: allow worker-src blob: in the page's policy, or host the script (setWorker)");
     };
     this.#worker = worker;
   }

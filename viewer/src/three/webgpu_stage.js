@@ -131,6 +131,7 @@ export class WebGpuStage {
   destroy() {
     for (const mesh of [...this.#splats.keys()]) this.forget(mesh);
     for (const buffer of [this.#corners, ...this.#reset, ...this.#placed.values()]) buffer.destroy();
+    for (const program of this.#programs.values()) program.destroy();
     const textures = [...(this.#targets?.all ?? []), ...(this.#layers?.all ?? []), this.#picture];
     for (const texture of textures) texture?.destroy();
   }

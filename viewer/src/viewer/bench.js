@@ -1,6 +1,8 @@
 /**
- * Benchmark: renders a fixed camera path at a fixed size and waits for every frame.
+ * Benchmark: renders a fixed camera path at a fixed size, in batches between two finished queues.
  *
+ * A batch begins when the GPU has nothing left to do, and ends when it has drawn the last frame. A phone's GPU takes
+ * milliseconds to answer, so that waiting for each frame would measure the answers, and not waiting the queue.
  * A frame of a sorted scene has the order of its own camera: sorting is part of the frame, and timed
  * apart. Phones slow down as they heat up, so rates are reported for the first seconds (cold), the last
  * ones (steady), and each second. They count whole frames and do not depend on the screen's refresh rate.
@@ -11,21 +13,22 @@ import { minus, plus } from "./vector.js";
 
 /** @typedef {import("./viewer.js").Viewer} Viewer */
 /** @typedef {{seconds: number, width: number, height: number}} Plan */
-/** @typedef {{from: number, to: number, order: number | null}} Frame milliseconds, since the start and of sorting */
+/** @typedef {{from: number, to: number, frames: number, orders: number[]}} Batch milliseconds, since the start and of sorting each frame */
 /** @typedef {{from: number, to: number, passes: Record<string, number>}} Sample of the passes of a frame */
 /** @typedef {{percent: number, charging: boolean}} Battery */
 /**
  * @typedef {object} Rate frames of a part of the run; times are milliseconds
  * @property {number} frames
  * @property {number} fps
- * @property {number} milliseconds median of a frame
- * @property {number} milliseconds95 that one frame in twenty exceeds
+ * @property {number} milliseconds of a frame, median of the batches
+ * @property {number} milliseconds95 that one batch in twenty exceeds
  * @property {number | null} order median of sorting, which is part of the frame; null: not sorted
  * @property {Record<string, number> | null} passes medians on the GPU; null where it has no timer
  */
 /**
  * @typedef {object} Measured
  * @property {number} path frames until the path repeats
+ * @property {number} batch most frames of a batch
  * @property {Rate} cold
  * @property {Rate} steady
  * @property {Rate} whole
@@ -40,7 +43,8 @@ const TURN = 480; // frames of an orbit around a scene without cameras
 const WARM = 10; // frames that are not counted, while shaders are compiled
 const SPAN = 10; // most seconds that the cold and the steady rate are measured over
 const COUNT_EVERY = 1000; // milliseconds between two counts of fragments
-const PAUSE = 250; // milliseconds between two samples of the passes
+const BATCH = 250; // milliseconds that a batch should take
+const MOST = 128; // frames of a batch: a queue has an end
 
 /**
  * Parse the URL parameter `bench`: `60`, or `60,1600x1063`.
@@ -118,49 +122,57 @@ async function battery() {
 
 /** @param {Viewer} viewer @param {Pose} start @param {Plan} plan @param {(share: number) => void} progress */
 async function measure(viewer, start, { seconds, width, height }, progress) {
-  /** @type {Frame[]} */
-  const frames = [];
+  const began = performance.now();
+  let drawn = 0;
+  /** Frames from an empty queue to an empty queue. @param {number} frames @returns {Promise<Batch>} */
+  const draw = async (frames) => {
+    const from = performance.now();
+    const orders = [];
+    for (let i = 0; i < frames; i++) {
+      viewer.pose = poseAt(viewer, start, drawn++);
+      orders.push((await viewer.drawAt(width, height)) ?? []);
+    }
+    await viewer.finished();
+    return { from: from - began, to: performance.now() - began, frames, orders: orders.flat() };
+  };
+  const warm = await draw(WARM);
+  await viewer.passes(); // some timers start with the first request
+  const first = performance.now() - began;
+  const end = first + 1000 * seconds;
+  /** @type {Batch[]} */
+  const batches = [];
   /** @type {Sample[]} */
   const samples = [];
-  for (let frame = 0; frame < WARM; frame++) {
-    viewer.pose = poseAt(viewer, start, frame);
-    await viewer.drawAndWait(width, height);
-  }
-  await viewer.passes(); // some timers start with the first request
-  const began = performance.now();
   /** @type {number[][]} */
   const counts = [];
-  let sampled = 0;
-  for (let frame = WARM, to = 0; to < 1000 * seconds; frame++) {
-    viewer.pose = poseAt(viewer, start, frame);
-    const from = performance.now() - began;
-    const order = await viewer.drawAndWait(width, height);
-    to = performance.now() - began;
-    frames.push({ from, to, order });
-    progress(Math.min(1, to / (1000 * seconds)));
-    if (to - sampled < PAUSE) continue;
+  for (let last = warm; last.to < end; ) {
+    const size = Math.round((BATCH * last.frames) / (last.to - last.from));
+    await viewer.finished();
+    last = await draw(Math.min(Math.max(1, size), MOST));
+    batches.push(last);
+    progress(Math.min(1, (last.to - first) / (1000 * seconds)));
     const passes = await viewer.passes();
-    if (passes) samples.push({ from, to, passes: { ...passes } });
-    if (to > COUNT_EVERY * counts.length) {
+    if (passes) samples.push({ from: last.from, to: last.to, passes: { ...passes } });
+    if (last.to - first > COUNT_EVERY * counts.length) {
       const count = await viewer.fragments();
       if (count) counts.push(count);
     }
     // let the page handle events and show the progress
     await new Promise((resolve) => requestAnimationFrame(resolve));
-    sampled = performance.now() - began;
   }
   const span = 1000 * Math.min(SPAN, seconds / 2);
-  const end = frames[frames.length - 1].to;
+  const { to } = batches[batches.length - 1];
   const rate = (/** @type {(one: {from: number, to: number}) => boolean} */ within) =>
-    rateOf(frames.filter(within), samples.filter(within));
+    rateOf(batches.filter(within), samples.filter(within));
   return {
     path: pathOf(viewer),
-    cold: rate(({ from }) => from < span),
-    steady: rate(({ to }) => to > end - span),
+    batch: Math.max(...batches.map(({ frames }) => frames)),
+    cold: rate((one) => one.from < first + span),
+    steady: rate((one) => one.to > to - span),
     whole: rate(() => true),
     fps_by_second: Array.from({ length: seconds }, (_, second) =>
-      // the last frame ends after the last second
-      fpsOf(frames.filter(({ to }) => Math.min(Math.floor(to / 1000), seconds - 1) === second)),
+      // the last batch ends after the last second
+      fpsOf(batches.filter((one) => Math.min(Math.floor((one.to - first) / 1000), seconds - 1) === second)),
     ),
     fragments: counts.length
       ? counts[0].map((_, level) => round(counts.reduce((sum, count) => sum + count[level], 0) / counts.length))
@@ -170,10 +182,10 @@ async function measure(viewer, start, { seconds, width, height }, progress) {
 
 const round = (/** @type {number} */ value) => Number(value.toFixed(2));
 
-/** Frames per second of drawing; null without frames. @param {Frame[]} frames */
-function fpsOf(frames) {
-  const total = frames.reduce((sum, { from, to }) => sum + to - from, 0);
-  return frames.length ? round((1000 * frames.length) / total) : null;
+/** Frames per second of drawing; null without frames. @param {Batch[]} batches */
+function fpsOf(batches) {
+  const [frames, total] = batches.reduce(([sum, took], { from, to, frames }) => [sum + frames, took + to - from], [0, 0]);
+  return frames ? round((1000 * frames) / total) : null;
 }
 
 /** The value that a share of the values does not exceed. @param {number[]} values @param {number} share */
@@ -182,15 +194,15 @@ function quantile(values, share) {
   return round(sorted[Math.floor(share * (sorted.length - 1))] ?? NaN);
 }
 
-/** @param {Frame[]} frames @param {Sample[]} samples @returns {Rate} */
-function rateOf(frames, samples) {
-  const times = frames.map(({ from, to }) => to - from);
-  const orders = frames.flatMap(({ order }) => order ?? []);
+/** @param {Batch[]} batches @param {Sample[]} samples @returns {Rate} */
+function rateOf(batches, samples) {
+  const times = batches.map(({ from, to, frames }) => (to - from) / frames);
+  const orders = batches.flatMap(({ orders }) => orders);
   const names = [...new Set(samples.flatMap(({ passes }) => Object.keys(passes)))];
   const medianOf = (/** @type {string} */ name) => quantile(samples.flatMap(({ passes }) => passes[name] ?? []), 0.5);
   return {
-    frames: times.length,
-    fps: fpsOf(frames) ?? NaN,
+    frames: batches.reduce((sum, { frames }) => sum + frames, 0),
+    fps: fpsOf(batches) ?? NaN,
     milliseconds: quantile(times, 0.5),
     milliseconds95: quantile(times, 0.95),
     order: orders.length ? quantile(orders, 0.5) : null,

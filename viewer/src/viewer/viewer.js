@@ -43,7 +43,7 @@ export class Viewer {
   timed = false;
   /** True if the scene rotates by itself; the first input stops it. */
   turning = false;
-  /** True if only `drawAndWait` renders. */
+  /** True if only `drawAt` renders. */
   measured = false;
   /** The session of WebXR that shows the scene; null: the page shows it. @type {XRSession | null} */
   session = null;
@@ -336,26 +336,23 @@ export class Viewer {
   }
 
   /**
-   * Render a frame of a given size, a sorted scene in the order of its camera, and wait for it.
-   *
-   * Throws an Error if it cannot.
+   * Render a frame of a given size, a sorted scene in the order of its camera. `finished` tells when it is done.
    *
    * @param {number} width
    * @param {number} height
    * @returns {Promise<number | null>} milliseconds of sorting; null: the scene is not sorted
    */
-  async drawAndWait(width, height) {
+  async drawAt(width, height) {
     const camera = this.camera(width, height);
     const order = await this.#first.sort(camera);
     this.#first.draw(camera);
-    await this.finished();
-    if (this.#first.broken) throw new Error("the renderer was lost");
     return order;
   }
 
-  /** Wait until all submitted work is rendered. */
+  /** Wait until all submitted work is rendered; throws an Error if it cannot be. */
   async finished() {
     await this.#first.finished();
+    if (this.#first.broken) throw new Error("the renderer was lost");
   }
 
   /** Milliseconds of each pass of the last frame; null where the device has no timer. */
