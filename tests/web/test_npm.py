@@ -1,5 +1,6 @@
 """The npm package: contents, types, and its use in Node.js, vite, React and import maps."""
 
+import gzip
 import json
 import re
 import shutil
@@ -85,6 +86,30 @@ def test_the_tarball_has_scripts_and_types_and_nothing_else(
     assert f"npm/mobilegs@{__version__}/" in (EXAMPLES.parents[1] / "npm/README.md").read_text()
     print(f"{told['unpackedSize']} bytes unpacked, {told['size']} packed")
     assert told["unpackedSize"] < LIMIT
+
+
+def imported(folder: Path, names: set[str], pattern: str) -> set[str]:
+    """Return scripts and those that they import, statically or in all ways, by their names."""
+    found: set[str] = set()
+    while names:
+        name = names.pop()
+        found.add(name)
+        text = (folder / name).read_text("utf-8")
+        names |= set(re.findall(pattern + r'"\./([\w.-]+\.js)"', text)) - found
+    return found
+
+
+def test_the_guide_tells_the_sizes_of_the_entries(fresh: Callable[..., Path]) -> None:
+    folder = fresh() / "node_modules" / "mobilegs" / "dist"
+    guide = (EXAMPLES.parents[1] / "docs" / "guides" / "web.md").read_text("utf-8")
+    told = re.findall(r"^\| `mobilegs(?:/(\w+))?` \| .* \| (\d+) \+ (\d+) \|$", guide, re.MULTILINE)
+    assert [name for name, *_ in told] == ["element", "", "three"]
+    for name, *sizes in told:
+        first = imported(folder, {f"{name or 'index'}.js"}, r"(?:from|import)")
+        later = imported(folder, set(first), r"(?:from|import)\(?") - first
+        for size, scripts in zip(sizes, (first, later), strict=True):
+            found = sum(len(gzip.compress((folder / one).read_bytes())) for one in scripts)
+            assert abs(found / 1e3 - int(size)) < 1, (name, found)
 
 
 def test_scripts_say_what_other_tools_need(fresh: Callable[..., Path]) -> None:
