@@ -40,9 +40,10 @@ def evaluate(
 
     Renders are rounded to 8 bits, masked pixels do not count, and all photos have the same weight.
     cc_psnr is the PSNR after a change of each render's colours that fits its photo best: it does
-    not count exposure and white balance. There are two conventions for LPIPS, whose values cannot
-    be compared: lpips_vgg and lpips_alex give the network images in [0, 1], as 3DGS does;
-    lpips_vgg_rescaled and lpips_alex_rescaled give it images in [-1, 1], for which LPIPS was
+    not count exposure and white balance. neutral_rms is the error of colour where a photo is white
+    or grey, of 255; coloured noise shows there first. There are two conventions for LPIPS, whose
+    values cannot be compared: lpips_vgg and lpips_alex give the network images in [0, 1], as 3DGS
+    does; lpips_vgg_rescaled and lpips_alex_rescaled give it images in [-1, 1], for which LPIPS was
     calibrated. Photos smaller than those of the training are compared with larger renders,
     averaged, as the viewers show them.
 

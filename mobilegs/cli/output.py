@@ -10,6 +10,7 @@ from mobilegs.errors import printable
 
 if TYPE_CHECKING:
     from mobilegs.capture.run import CaptureReport
+    from mobilegs.evaluate.other_formats import FormatMetrics
     from mobilegs.evaluate.report import FileMetrics, RunMetrics, SceneMetrics
     from mobilegs.scene_file import MgsFileContents, SceneContents
 
@@ -61,6 +62,8 @@ def print_trained(metrics: "RunMetrics", run: Path) -> None:
         f"{student['file_bytes']:,} bytes, {psnr_text(student)} on held-back photos "
         f"(teacher: {psnr_text(teacher)})"
     )
+    for kind, other in metrics.get("formats", {}).items():
+        print(f"the same scene as .{kind}: {other['file_bytes']:,} bytes, {psnr_text(other)}")
     print(f"{run / 'report.html'} shows the scene, photos beside renders, curves and figures")
     print("next:")
     page = shlex.quote(str(run / f"{run.resolve().name}.html"))
@@ -100,35 +103,23 @@ def print_metrics(about: dict[str, Any], result: "SceneMetrics") -> None:
     print(line)
     table = Table("photo", *(name.replace("_", " ") for name in means), box=None)
     for view in result["views"]:
-        table.add_row(escape(view["name"]), *(f"{dict(view)[name]:.4f}" for name in means))
+        values = (dict(view)[name] for name in means)
+        shown = ("-" if value is None else f"{value:.4f}" for value in values)
+        table.add_row(escape(view["name"]), *shown)
     table.add_section()
     table.add_row("mean", *(f"{mean:.4f}" for mean in means.values()))
     console().print(table)
 
 
 SORTED = "in order of depth, as in 3DGS"
-PARTS = {
-    "positions": "positions",
-    "scale": "scales",
-    "rotation": "rotations",
-    "rotation-finer": "rotations",
-    "appearance": "colour",
-    "opacity": "opacity",
-    "lobes": "view-dependent opacity and weight",
-    "color-matrices": "networks and matrices",
-    "color-networks": "networks and matrices",
-    "appearance-decoder": "networks and matrices",
-    "lobe-decoder": "networks and matrices",
-    "view-network": "networks and matrices",
-    "codebooks": "codebooks",
-}
-UNUSED = "unused streams"
 QUANTIZERS = {"nvq": "codebooks (nvq)", "sq": "step sizes (sq)"}
 
 
 def print_contents(contents: "SceneContents") -> None:
     """Print what a scene's file contains, how it is blended, and the bytes of each part."""
     from rich.table import Table
+
+    from mobilegs.mgs.contents import bytes_by_part
 
     size, count = contents["file_bytes"], contents["gaussians"]
     line = f"{contents['file']}: {count:,} Gaussians, {size:,} bytes, "
@@ -149,15 +140,10 @@ def print_contents(contents: "SceneContents") -> None:
             row = name.replace("_", " "), readable(value)
             notes.add_row(*(escape(text) for text in row))
         console().print(notes)
-    parts: dict[str, int] = {}
-    for row in mgs["streams"]:
-        part = PARTS[row["name"].split("@")[0].split(".")[0]] if row["used"] else UNUSED
-        parts[part] = parts.get(part, 0) + row["bytes"]
-    parts["header"] = mgs["header_bytes"] + mgs["padding_bytes"]
     table = Table("part", box=None)
     for heading in ("bytes", "share", "bytes per Gaussian"):
         table.add_column(heading, justify="right")
-    for part, taken in parts.items():
+    for part, taken in bytes_by_part(mgs).items():
         table.add_row(part, f"{taken:,}", f"{taken / size:.1%}", f"{taken / count:.2f}")
     console().print(table)
 
@@ -216,6 +202,6 @@ def readable(value: Any) -> str:
     return f"{value:,}" if type(value) is int else str(value)
 
 
-def psnr_text(metrics: "FileMetrics") -> str:
+def psnr_text(metrics: "FileMetrics | FormatMetrics") -> str:
     """Format a PSNR; None is that of images without error."""
     return "no error" if metrics["psnr"] is None else f"{metrics['psnr']:.2f} dB"

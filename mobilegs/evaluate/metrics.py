@@ -15,6 +15,9 @@ WINDOW = 11  # px; Wang et al. 2004, as 3DGS uses it
 SIGMA = 1.5  # px
 CLIPPED = 1 / 255  # distance to black or white from which on a channel tells its colour
 RIDGE = 1e-6  # of a regression towards unchanged colours, per pixel
+NEUTRAL = 12 / 255  # most difference of the channels of white, grey and black
+DARK = 64 / 255  # mean of the channels below which a colour cast is not seen
+NEUTRAL_PIXELS = 100  # least for an error
 C1, C2 = 0.01**2, 0.03**2  # stabilisers of SSIM for values in [0, 1]
 
 
@@ -82,6 +85,25 @@ def color_corrected_psnr(
     """
     change = fitted_color(image, target, mask).to(image.dtype)
     return psnr(displayed_colors(image @ change[:, :3].T + change[:, 3]), target, mask)
+
+
+def neutral_rms(
+    image: Float[Tensor, "h w 3"],
+    target: Float[Tensor, "h w 3"],
+    mask: Bool[Tensor, "h w"] | None = None,
+) -> float | None:
+    """Return the RMS error of colour where the photo is white or grey, in units of 1/255.
+
+    Colour is a channel's distance from the mean of the three, so errors of brightness do not count.
+    None if the photo has fewer than 100 such pixels where `mask` is True.
+    """
+    neutral = (target.amax(-1) - target.amin(-1) <= NEUTRAL) & (target.mean(-1) >= DARK)
+    if mask is not None:
+        neutral &= mask
+    if neutral.sum() < NEUTRAL_PIXELS:
+        return None
+    error = (image - target)[neutral].double()
+    return 255 * float((error - error.mean(-1, keepdim=True)).square().mean().sqrt())
 
 
 def ssim_map(

@@ -13,12 +13,19 @@ from mobilegs.camera import Camera
 from mobilegs.data.dataset import Dataset, View, load_view
 from mobilegs.errors import InputError
 from mobilegs.evaluate.lpips import LPIPS_NAMES, LpipsSuite
-from mobilegs.evaluate.metrics import color_corrected_psnr, displayed_colors, psnr, ssim
+from mobilegs.evaluate.metrics import (
+    color_corrected_psnr,
+    displayed_colors,
+    neutral_rms,
+    psnr,
+    ssim,
+)
 from mobilegs.render.scene import Scene
 from mobilegs.render.supersampling import supersampling_for
 
 log = logging.getLogger(__name__)
-METRICS = ("psnr", "cc_psnr", "ssim", *LPIPS_NAMES)
+METRICS = ("psnr", "cc_psnr", "ssim", "neutral_rms", *LPIPS_NAMES)
+OF_SOME = ("neutral_rms",)  # which photos may lack
 
 
 class Metrics(TypedDict):
@@ -28,6 +35,8 @@ class Metrics(TypedDict):
         psnr: in dB; infinite for equal images, which JSON has as null.
         cc_psnr: in dB, after the change of a render's colours that fits its photo best.
         ssim: -1 to 1.
+        neutral_rms: error of colour in whites and greys, of 255 (`evaluate/metrics.py`); None if
+            there are few. The mean is over the photos that have some.
         lpips_vgg, lpips_vgg_rescaled, lpips_alex, lpips_alex_rescaled: from 0, lower is better
             (`evaluate/lpips.py`); None without weights and for sides below 32 pixels.
     """
@@ -35,6 +44,7 @@ class Metrics(TypedDict):
     psnr: float
     cc_psnr: float
     ssim: float
+    neutral_rms: float | None
     lpips_vgg: float | None
     lpips_vgg_rescaled: float | None
     lpips_alex: float | None
@@ -74,6 +84,8 @@ class RunMetrics(TypedDict):
     Attributes:
         teacher: metrics of `teacher.ply`.
         student: metrics of `scene.mgs`.
+        formats: of a given teacher, as `.sog` and `.spz`: `file_bytes`, and means of `psnr`, `ssim`
+            and `neutral_rms`; empty for a teacher that the run trained.
         seconds: time of each stage: `teacher`, `student` and `evaluation`.
         peak_memory_mib: of the process that measured, with torch's memory on the GPU; None where
             the system does not tell.
@@ -88,6 +100,7 @@ class RunMetrics(TypedDict):
 
     teacher: FileMetrics
     student: FileMetrics
+    formats: dict[str, Any]
     seconds: dict[str, float]
     peak_memory_mib: float | None
     capture: str
@@ -173,6 +186,7 @@ def evaluate_view(
             "psnr": psnr(image, target, mask),
             "cc_psnr": color_corrected_psnr(image, target, mask),
             "ssim": ssim(image, target, mask),
+            "neutral_rms": neutral_rms(image, target, mask),
             "lpips_vgg": None,
             "lpips_vgg_rescaled": None,
             "lpips_alex": None,
@@ -189,7 +203,8 @@ def summary(rows: Sequence[ViewMetrics]) -> SceneMetrics:
     means: dict[str, float | None] = {}
     for metric in METRICS:
         values = [value for row in rows if (value := row[metric]) is not None]
-        means[metric] = sum(values) / len(values) if len(values) == len(rows) else None
+        known = len(values) == len(rows) or (values and metric in OF_SOME)
+        means[metric] = sum(values) / len(values) if known else None
     return cast(SceneMetrics, means | {"views": list(rows)})
 
 

@@ -4,6 +4,23 @@ from typing import Any, NotRequired, TypedDict
 
 from mobilegs.mgs.quantized_scene import MetaValue
 
+PARTS = {
+    "positions": "positions",
+    "scale": "scales",
+    "rotation": "rotations",
+    "rotation-finer": "rotations",
+    "appearance": "colour",
+    "opacity": "opacity",
+    "lobes": "view-dependent opacity and weight",
+    "color-matrices": "networks and matrices",
+    "color-networks": "networks and matrices",
+    "appearance-decoder": "networks and matrices",
+    "lobe-decoder": "networks and matrices",
+    "view-network": "networks and matrices",
+    "codebooks": "codebooks",
+}
+UNUSED = "unused streams"
+
 
 class StreamContents(TypedDict):
     """A stream of a `.mgs`.
@@ -65,3 +82,14 @@ class MgsContents(TypedDict):
     weighting: dict[str, Any]
     footprint: NotRequired[dict[str, Any]]
     meta: dict[str, MetaValue]
+
+
+def bytes_by_part(contents: MgsContents) -> dict[str, int]:
+    """Return the bytes of each part of a scene, of all LOD levels together, by names for people."""
+    parts: dict[str, int] = {}
+    for stream in contents["streams"]:
+        name = stream["name"].split("@")[0].split(".")[0]
+        part = PARTS[name] if stream["used"] else UNUSED
+        parts[part] = parts.get(part, 0) + stream["bytes"]
+    parts["header"] = contents["header_bytes"] + contents["padding_bytes"]
+    return parts

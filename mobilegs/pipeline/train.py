@@ -20,6 +20,7 @@ from mobilegs.errors import InputError
 from mobilegs.evaluate.contact_sheet import contact_sheet
 from mobilegs.evaluate.front import lost_in_front
 from mobilegs.evaluate.lpips import LpipsSuite, lpips_from
+from mobilegs.evaluate.other_formats import FormatMetrics, measure_formats
 from mobilegs.evaluate.report import (
     FileMetrics,
     RunMetrics,
@@ -213,8 +214,12 @@ def train_stages(
         if not run_dir.scene.exists():
             train_student(job, teacher)
     if team.is_main:
+        formats: dict[str, FormatMetrics] = {}
+        if run.teacher is not None:
+            with progress("measuring other formats") as advance:
+                formats = measure_formats(teacher, dataset, progress=advance)
         with progress("measuring") as advance:
-            measure(job, teacher, lpips, advance)
+            measure(job, teacher, formats, lpips, advance)
     team.barrier()
     return run_dir.load_metrics()
 
@@ -347,11 +352,16 @@ def offset_note(offset: Offset) -> str:
 
 
 def measure(
-    job: Job, teacher: Scene, lpips: LpipsSuite | None, advance: Callable[[int, int], None]
+    job: Job,
+    teacher: Scene,
+    formats: dict[str, FormatMetrics],
+    lpips: LpipsSuite | None,
+    advance: Callable[[int, int], None],
 ) -> None:
     """Evaluate the files of a run; write `contact_sheet.png` and `metrics.json`.
 
-    `advance` is called with the number of photos done and in total.
+    `formats` are the figures of the teacher in other formats. `advance` is called with the number
+    of photos done and in total.
     """
     run_dir, dataset = job.run_dir, job.dataset
     started = time.monotonic()
@@ -371,6 +381,7 @@ def measure(
     metrics: RunMetrics = {
         "teacher": of_file("teacher", run_dir.teacher),
         "student": of_file("student", run_dir.scene),
+        "formats": formats,
         "seconds": {**job.monitor.seconds, "evaluation": time.monotonic() - started},
         "peak_memory_mib": peak_memory_mib(),
         "capture": dataset.name,

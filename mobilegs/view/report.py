@@ -9,6 +9,8 @@ from typing import Any
 from mobilegs.atomic import atomic_write, read_text
 from mobilegs.data.images import open_image
 from mobilegs.errors import InputError
+from mobilegs.mgs.codec import inspect_mgs
+from mobilegs.mgs.contents import bytes_by_part
 from mobilegs.train.run_dir import RunDir
 from mobilegs.train.state_file import STATE_ERRORS
 from mobilegs.view.assets import escaped
@@ -33,6 +35,7 @@ FIGURES = {  # name of a metric: heading, decimals
     "psnr": ("PSNR dB", 2),
     "cc_psnr": ("PSNR dB, colours corrected", 2),
     "ssim": ("SSIM", 3),
+    "neutral_rms": ("colour error of whites and greys, of 255", 2),
     "lpips_vgg": ("LPIPS", 3),
     "front": ("light lost before surfaces", 3),
 }
@@ -63,6 +66,7 @@ def _page(run_dir: RunDir) -> str:
         _scene(run_dir.scene),
         "<h2>Figures</h2>",
         _figures(metrics),
+        _parts(run_dir.scene),
         "<h2>Held-back photos</h2>",
         "<p>Photo, teacher, student, and the student's error four times as strong.</p>",
         _picture(run_dir.contact_sheet),
@@ -117,11 +121,26 @@ def _figures(metrics: Mapping[str, Any]) -> str:
         values = [f"{own['gaussians']:,}", f"{own['file_bytes'] / 1e6:.2f}"]
         values.append("-" if seconds is None else f"{seconds / 60:.1f}")
         rows.append([stage, *values, *(_text(own.get(key), d) for key, (_, d) in shown.items())])
+    for kind, own in metrics.get("formats", {}).items():
+        values = [f"the teacher as .{kind}", "", f"{own['file_bytes'] / 1e6:.2f}", "-"]
+        rows.append([*values, *(_text(own.get(key), d) for key, (_, d) in shown.items())])
     views, size = metrics["views"], metrics["image_size"]
     memory = metrics.get("peak_memory_mib")
     about = f"{views['train']} photos of {size[0]}x{size[1]} trained, {views['test']} held back"
     about += f"; {metrics['device']}; peak memory {memory:,.0f} MiB" if memory else ""
     return f"{_table(head, rows)}\n    <p>{escaped(about)}</p>"
+
+
+def _parts(scene: Path) -> str:
+    """Return a table of the parts of the file, the largest first."""
+    contents = inspect_mgs(scene)
+    whole, count = contents["file_bytes"], contents["gaussians"]
+    parts = sorted(bytes_by_part(contents).items(), key=lambda part: -part[1])
+    rows = [
+        [name, f"{size:,}", f"{size / whole:.1%}", f"{size / count:.2f}"] for name, size in parts
+    ]
+    head = ["part of scene.mgs", "bytes", "of the file", "bytes a Gaussian"]
+    return f"<details><summary>the bytes of scene.mgs</summary>{_table(head, rows)}</details>"
 
 
 def _photos(metrics: Mapping[str, Any]) -> str:

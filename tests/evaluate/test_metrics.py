@@ -37,6 +37,7 @@ from mobilegs.evaluate.metrics import (
     decibels,
     displayed_colors,
     fitted_color,
+    neutral_rms,
     psnr,
     ssim,
     ssim_map,
@@ -251,6 +252,23 @@ def test_a_change_of_colours_is_found_and_does_not_count(generator: torch.Genera
     x = np.concatenate([image.reshape(-1, 3).numpy(), np.ones((600, 1))], axis=1)
     expected, *_ = np.linalg.lstsq(x, noisy.reshape(-1, 3).numpy(), rcond=None)
     np.testing.assert_allclose(fitted_color(image, noisy).numpy(), expected.T, atol=1e-3)
+
+
+def test_only_the_colour_of_whites_and_greys_counts() -> None:
+    target = torch.full((20, 20, 3), 0.6)
+    target[:, 10:] = torch.tensor([0.9, 0.2, 0.2])  # red
+    target[:10, :5] = 0.1  # dark
+    image = target + 0.1  # brighter
+    image[:, 10:, 1] += 0.3
+    image[:10, :5, 2] += 0.3
+    assert neutral_rms(image, target) == pytest.approx(0, abs=1e-4)
+    image[10:, :10, 0] += 0.03  # 100 of 150 pixels
+    # two thirds, one third and one third of the shift from the mean
+    expected = 255 * 0.03 * math.sqrt((4 + 1 + 1) / 27 * 100 / 150)
+    assert neutral_rms(image, target) == pytest.approx(expected, rel=1e-4)
+    mask = torch.zeros(20, 20, dtype=torch.bool)
+    mask[:10] = True
+    assert neutral_rms(image, target, mask) is None  # 50 pixels
 
 
 def test_clipped_and_masked_pixels_tell_no_colour(generator: torch.Generator) -> None:

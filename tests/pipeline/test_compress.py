@@ -32,6 +32,12 @@ def test_compress_leaves_a_small_scene_and_can_resume(
     own = metrics["teacher"]["psnr"]  # against its own renders in 8 bits
     assert own is None or own > 45  # None: without any error
     assert (run / "scene.mgs").stat().st_size < source.stat().st_size / 4
+    page = (run / "report.html").read_text()
+    for kind, figures in metrics["formats"].items():
+        assert 1000 < figures["file_bytes"] < source.stat().st_size and figures["psnr"] > 22
+        assert f"the same scene as .{kind}: {figures['file_bytes']:,} bytes" in said
+        assert f"the teacher as .{kind}" in page
+    assert [*metrics["formats"]] == ["sog", "spz"] and "bytes a Gaussian" in page
     assert main([*words, "--resume"]) == 0
     assert main(words) == 2
     assert "--resume" in capsys.readouterr().err
