@@ -92,7 +92,7 @@ class Run(NamedTuple):
     teacher_steps: int
     student_steps: int
     unusual: str
-    """What is not the default: protocol, seed of the teacher, settings."""
+    """The parts that are not the default: protocol, seed of the teacher, settings."""
 
     @property
     def title(self) -> str:

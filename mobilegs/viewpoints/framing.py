@@ -102,7 +102,7 @@ class Limits:
 
     @property
     def open(self) -> list[bool]:
-        """Which sectors are open."""
+        """The sectors that are open."""
         return [bool(low <= high) for low, high in self.elevations]
 
     def ends_around(self, azimuth: float) -> tuple[float, float] | None:

@@ -1,4 +1,4 @@
-"""Which files of a folder are the photos: exports of apps, cards of cameras, versions, links."""
+"""The photos among the files of a folder: exports of apps, cards of cameras, versions, links."""
 
 import logging
 import shutil

@@ -1,4 +1,4 @@
-"""Which tests run, in which order, and what the last lines say of the others.
+"""The choice and order of tests, and the last lines, which name the others.
 
 `make test` leaves tests marked `thorough` to `make test-all`, which passes `--thorough`; the mark
 `quick` keeps a test of a thorough file. A test that is named by itself (`tests/x.py::test_y`)

@@ -52,7 +52,7 @@ def both(tab: Tab, served: Any, plain: Path, *wishes: str) -> str:
 
 
 def look(tab: Tab) -> np.ndarray:
-    """What is on the screen without what lies over it."""
+    """The screen without the elements that lie over the picture."""
     return screen(tab)[60:340]
 
 

@@ -21,7 +21,7 @@ COUNT = "document.querySelector('mobile-gs').viewer.count"
 
 
 def pose(tab: Tab) -> tuple[np.ndarray, np.ndarray]:
-    """Where the visitor is, and what they look at."""
+    """The visitor's eye and target."""
     eye, target = tab.page.evaluate(POSE)
     return np.array(eye), np.array(target)
 

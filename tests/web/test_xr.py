@@ -67,13 +67,13 @@ RIGHT = np.cross(-UP, AHEAD)
 
 
 def rendered(eye: Eye, position: np.ndarray, scene: Scene, scale: float) -> Rendered:
-    """What the reference draws for an eye that looks ahead, where a unit is so many metres."""
+    """The reference's picture for an eye that looks ahead, where a unit is so many metres."""
     camera = eye_camera(eye, position, AHEAD, UP, max(scene.near, NEAR / scale))
     return scene.render(camera)
 
 
 def standing(eye: Eye, offset: float) -> torch.Tensor:
-    """What the reference draws so many metres to the right of the first view."""
+    """The reference's picture so many metres to the right of the first view."""
     return rendered(eye, EYE + RIGHT * offset / SCALE, decode_mgs(SCENE).decode(), SCALE).image
 
 

@@ -58,7 +58,7 @@ def page(chromium: Chromium) -> Iterator[ThreePage]:
 
 
 def expected(eye: Eye, offset: float) -> Rendered:
-    """What the reference draws for an eye, so many metres to the right."""
+    """The reference's picture for an eye, so many metres to the right."""
     scene = replace(decode_mgs(MGS).decode(), background=torch.zeros(3))
     return scene.render(eye_camera(eye, EYE + RIGHT * offset / SCALE, AHEAD, UP, scene.near))
 

@@ -85,7 +85,7 @@ export class MobileGs extends (globalThis.HTMLElement ?? Object) {
   #origin = null;
   /** Ends following another element. */
   #following = new AbortController();
-  /** What to restore when the element has its context again. @type {{choices: object, pose: Pose | null} | null} */
+  /** Choices and pose to restore when the element has its context again. @type {{choices: object, pose: Pose | null} | null} */
   #asleep = null;
   /** @type {import("./contexts.js").Holder} */
   #holder = { inSight: null, cost: 2, suspend: () => this.#suspend(), resume: () => this.#start() };

@@ -10,5 +10,5 @@ declare module "*.packed.js" {
 declare var preloadedAdapter: Promise<GPUAdapter | null> | undefined;
 declare var preloadedWorker: { url: string; worker: Worker; messages: MessageEvent[] } | undefined;
 
-/** What only workers have. */
+/** Members that only workers have. */
 declare var WorkerGlobalScope: object | undefined;

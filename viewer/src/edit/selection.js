@@ -1,4 +1,4 @@
-/** Which Gaussians an edit removes: regions of space, lassos, counts of cameras; with undo. */
+/** The Gaussians that an edit removes: regions of space, lassos, counts of cameras; with undo. */
 
 import { dot, minus } from "../viewer/vector.js";
 

@@ -102,7 +102,7 @@ export function play(viewer, input, keys) {
   });
 }
 
-/** What stops the flight of a viewer: another flight does. @type {WeakMap<Viewer, AbortController>} */
+/** The controller that stops the flight of a viewer, for another flight. @type {WeakMap<Viewer, AbortController>} */
 const flights = new WeakMap();
 
 /**

@@ -1,4 +1,4 @@
-/** What lies over the picture: title, hint and icon bar, which fade while nobody uses them. */
+/** The elements over the picture: title, hint and icon bar, which fade while nobody uses them. */
 
 import { own } from "../assets.js";
 import { visible } from "./localize.js";

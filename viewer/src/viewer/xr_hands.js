@@ -14,7 +14,7 @@ const SNAP = Math.PI / 6; // radians
 const REACH = [0.3, 5]; // metres from a ray's origin to what it holds
 const PRESS = 3; // the button of a stick
 
-/** What the visitor's hands do. */
+/** The gestures of the visitor's hands. */
 export class Hands {
   /** Sources that hold the scene, with their points in the last frame. @type {Map<XRInputSource, Vector | null>} */
   #held = new Map();

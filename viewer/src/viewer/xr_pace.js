@@ -39,7 +39,7 @@ export class FramePace {
     if (fixed !== null) [this.#steps, this.#step] = [[{ scale: fixed, coarseness: 1 }], 0];
   }
 
-  /** What to draw now. @returns {{scale: number, coarseness: number}} */
+  /** Size and coarseness of the next frame. @returns {{scale: number, coarseness: number}} */
   get step() {
     return this.#steps[this.#step];
   }
