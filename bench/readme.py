@@ -360,7 +360,7 @@ def blocks(results: dict[str, Any]) -> dict[str, str]:
         ),
         "viewer": block(
             "viewers_in_motion",
-            "viewers.compare --json viewers_in_motion.json",
+            "viewers.compare --json bench/results/viewers_in_motion.json",
             viewer_rows,
             "viewer | load ms | frame ms, median / least | CPU ms | viewer kB | scene MB "
             "| memory MB, page + GPU | turning against settled, dB "

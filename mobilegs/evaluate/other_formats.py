@@ -1,12 +1,11 @@
 """A plain scene in the formats of others, measured like the `.mgs` that is made of it."""
 
 import tempfile
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
 from typing import TypedDict
 
-from mobilegs.camera import Camera
 from mobilegs.data.dataset import Dataset
 from mobilegs.errors import InputError
 from mobilegs.evaluate.report import evaluate
@@ -27,11 +26,7 @@ class FormatMetrics(TypedDict):
 
 
 def measure_formats(
-    scene: Scene,
-    dataset: Dataset,
-    *,
-    training_views: Sequence[Camera] = (),
-    progress: Callable[[int, int], None] | None = None,
+    scene: Scene, dataset: Dataset, progress: Callable[[int, int], None] | None = None
 ) -> dict[str, FormatMetrics]:
     """Write a scene for sorted blending as `.sog` and `.spz`, and measure what is read back.
 
@@ -49,7 +44,7 @@ def measure_formats(
                 continue
             device = scene.gaussians.means.device
             reread = replace(scene, gaussians=gaussians.to(device), footprint=footprint)
-            measured = evaluate(reread, dataset, training_views=training_views, progress=progress)
+            measured = evaluate(reread, dataset, progress=progress)
             found[kind] = {
                 "file_bytes": path.stat().st_size,
                 "psnr": measured["psnr"],

@@ -217,7 +217,7 @@ def train_stages(
         formats: dict[str, FormatMetrics] = {}
         if run.teacher is not None:
             with progress("measuring other formats") as advance:
-                formats = measure_formats(teacher, dataset, progress=advance)
+                formats = measure_formats(teacher, dataset, advance)
         with progress("measuring") as advance:
             measure(job, teacher, formats, lpips, advance)
     team.barrier()
