@@ -87,6 +87,10 @@ FAST_TIMERS = """{
   window.setTimeout = (act, time, ...given) =>
     setTimeout(act, time === 4000 ? 500 : time, ...given);
 }"""
+# the bar of a phone stays, as under a finger that moves
+AWAKE = """setInterval(
+  () => document.querySelector("mobile-gs").dispatchEvent(new PointerEvent("pointermove")), 500
+)"""
 
 
 def tool(tab: Tab, act: str) -> Any:
@@ -328,6 +332,7 @@ def test_share_falls_back_to_a_link_that_can_be_copied(chromium: Chromium, serve
     tab = chromium.tab(has_touch=True, is_mobile=True)
     tab.page.context.grant_permissions(["clipboard-read", "clipboard-write"])
     visit(tab, served("scene.mgs", MGS), "scale=0.1")
+    tab.page.evaluate(AWAKE)
     dialog = tab.page.get_by_role("dialog", name="Share")
     # the device's own menu is missing, is refused, and works
     for answer in (None, "Promise.reject(new Error())", "null"):

@@ -81,6 +81,7 @@ export class MobileGs extends (globalThis.HTMLElement ?? Object) {
   #blind = false; // no renderer works
   #stick = false; // whether the stick for walking works
   #camera = ""; // of the last event
+  #notice = 0; // timer of the text that is shown
   /** The element whose camera moved this one since the last event. @type {MobileGs | null} */
   #origin = null;
   /** Ends following another element. */
@@ -302,10 +303,7 @@ export class MobileGs extends (globalThis.HTMLElement ?? Object) {
     if (name === "src") this.#source = this.#asleep = null; // another scene has another camera
     if (name === "compare") this.#other = undefined;
     if (!this.viewer || value === before) return;
-    if (TEXT_ATTRIBUTES.includes(name)) {
-      void this.#localize();
-      return;
-    }
+    if (TEXT_ATTRIBUTES.includes(name)) return void this.#localize();
     if (name === "compare") void this.compareWith(value || null);
     else if (name === "annotations") void this.#showNotes(false);
     else if (name === "follow") void this.#follow();
@@ -502,7 +500,8 @@ export class MobileGs extends (globalThis.HTMLElement ?? Object) {
     const said = this.#part("said");
     said.textContent = text;
     said.classList.toggle("seen", seen);
-    setTimeout(() => said.classList.remove("seen"), NOTICE_TIME);
+    clearTimeout(this.#notice);
+    this.#notice = setTimeout(() => said.classList.remove("seen"), NOTICE_TIME);
   }
 
   /** Set all texts, in the language of the attribute, the page or the visitor. */
