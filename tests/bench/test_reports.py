@@ -141,17 +141,28 @@ def test_lines_of_a_claim_may_differ() -> None:
 
 
 def test_files_of_equal_bytes_are_compared() -> None:
+    aimed = {"student.quantization.target_mb": "0.1"}
     cells = [
         cell("default", "horns-250", bytes=100_000, student_steps=5, lpips_vgg=0.1),
-        cell("default-sorted", "horns-250", bytes=97_000, psnr=40.0, lpips_vgg=0.1),  # too small
-        cell("default-sorted", "horns-250", bytes=98_500, psnr=31.0, lpips_vgg=0.1),
-        cell("default-sorted", "horns-250", bytes=101_500, psnr=31.5, lpips_vgg=0.1),
-        cell("default-sorted", "horns-250", bytes=100_000, psnr=50.0, student_steps=9),
+        cell("default", "horns-250", bytes=99_000, psnr=30.5, lpips_vgg=0.1, settings=aimed),
+        *(
+            cell("default-sorted", "horns-250", lpips_vgg=0.1, settings=aimed, **other)
+            for other in (
+                {"bytes": 97_000, "psnr": 40.0},  # too small
+                {"bytes": 98_500, "psnr": 31.0},
+                {"bytes": 101_500, "psnr": 31.5},
+                {"bytes": 100_000, "psnr": 50.0, "student_steps": 9},
+            )
+        ),
         cell("default", "lego-200"),  # with no other
     ]
     motion = {"horns-250, default, WebGPU": {"frame_ms": 8.2, "stale": 0, "frames": 9, "pops": 0.0}}
     _, rows = equal_table(cells, motion)
-    assert [row[2] for row in rows] == ["30.00", "31.50"]
+    assert [row[1:3] for row in rows] == [
+        ["default", "30.00"],
+        ["default, more Gaussians", "30.50"],
+        ["default-sorted", "31.50"],
+    ]
     assert rows[0][-3:] == ["8", "0 of 9", "0.0"] and rows[1][-3:] == ["-", "-", "-"]
 
 
