@@ -15,14 +15,14 @@ from typing import Any
 
 import numpy as np
 import torch
-from jaxtyping import Float, Int, Int32, Integer, UInt8, UInt16
+from jaxtyping import Float, Int, Int32, Integer, UInt8, UInt16, UInt32
 from torch import Tensor
 
 from mobilegs.errors import InputError
 from mobilegs.gaussians import Gaussians
 
 CPU = torch.device("cpu")
-INTERFACE = 9  # MGS_INTERFACE of decode.h
+INTERFACE = 10  # MGS_INTERFACE of decode.h
 
 # newest first: (name, flags of /proc/cpuinfo that it needs); as CMakeLists.txt builds them
 BUILDS = {
@@ -187,6 +187,24 @@ def decode_rans(
     symbols = np.empty(count, dtype=np.uint16)
     _decode("mgs_decode_rans", data, ctypes.c_int64(count), alphabet, _pointer(symbols))
     return symbols
+
+
+def encode_rans(
+    entries: Int32[np.ndarray, "rounds lanes"],
+    frequencies: UInt32[np.ndarray, "entries"],
+    starts: UInt32[np.ndarray, "entries"],
+    count: int,
+) -> tuple[UInt16[np.ndarray, "w"], UInt32[np.ndarray, "lanes"]] | None:
+    """Run `rans.encode_rounds` on `count` symbols; None without the library."""
+    if decoders() is None:
+        return None
+    words, states = np.empty(count, dtype=np.uint16), np.empty(entries.shape[1], dtype=np.uint32)
+    encode = _library().mgs_encode_rans
+    encode.restype = ctypes.c_int64
+    tables = (np.ascontiguousarray(each) for each in (entries, frequencies, starts))
+    arguments = [_pointer(each) for each in (*tables, words, states)]
+    number = encode(ctypes.c_int64(count), *arguments)
+    return words[count - number :], states
 
 
 def unpack_short(

@@ -244,6 +244,22 @@ int mgs_decode_rans(const uint8_t* data, int64_t bytes, int64_t count, int32_t a
   return complete && decoder.word == decoder.end ? MGS_VALID : MGS_END;
 }
 
+int64_t mgs_encode_rans(int64_t count, const int32_t* entries, const uint32_t* frequencies,
+                        const uint32_t* starts, uint16_t* words, uint32_t* states) {
+  int lanes = lane_count(count);
+  std::fill_n(states, lanes, STATE_LOW);
+  uint16_t* word = words + count;
+  for (int64_t round = (count - 1) / lanes; round >= 0; round--) {
+    const int32_t* row = entries + round * lanes;
+    for (int lane = int(std::min<int64_t>(lanes, count - round * lanes)) - 1; lane >= 0; lane--) {
+      uint32_t x = states[lane], frequency = frequencies[row[lane]];
+      if (x >= uint64_t(frequency) << (32 - PRECISION)) *--word = uint16_t(x), x >>= 16;
+      states[lane] = (x / frequency << PRECISION) + x % frequency + starts[row[lane]];
+    }
+  }
+  return words + count - word;
+}
+
 void mgs_join_columns(int64_t count, int32_t many, const uint16_t* const* columns,
                       const int32_t* least, int32_t* out) {
   for (int64_t from = 0; from < count; from += ROWS) {

@@ -1,6 +1,7 @@
-// Decoders of a .mgs file's streams (docs/reference/format.md, sections 4 and 5) for untrusted input.
+// Decoders of a .mgs file's streams (docs/reference/format.md, sections 4 and 5) for untrusted input,
+// and the loop that encodes `rans`.
 //
-// Each returns 0 for a valid stream, or the code of the first error that its reference finds; the
+// A decoder returns 0 for a valid stream, or the code of the first error that its reference finds; the
 // output is then undefined. The caller owns all memory: `data` has `bytes` bytes of any alignment,
 // outputs have exactly the sizes given. A decoder allocates at most 3 MiB for any input.
 #pragma once
@@ -8,7 +9,7 @@
 
 // The version of all functions of this library, which binding.py checks: increase it with every
 // change of their names, arguments or structs.
-#define MGS_INTERFACE 9
+#define MGS_INTERFACE 10
 
 // binding.py has their messages.
 enum {
@@ -40,6 +41,13 @@ MGS_EXPORT int mgs_interface();
 // `rans`: `count` symbols below `alphabet` (1 to 4096) into symbols[count].
 MGS_EXPORT int mgs_decode_rans(const uint8_t* data, int64_t bytes, int64_t count, int32_t alphabet,
                                uint16_t* symbols);
+
+// rans.py's encode_rounds: codes `count` symbols in lanes; entries[rounds][lanes] are their places in
+// the tables. Returns the number of words, which lie at the end of words[count]; the lanes' states
+// are in states[lanes].
+MGS_EXPORT int64_t mgs_encode_rans(int64_t count, const int32_t* entries,
+                                   const uint32_t* frequencies, const uint32_t* starts,
+                                   uint16_t* words, uint32_t* states);
 
 // uniform_streams.py's join_columns: columns[many] of `count` symbols each, plus least[many], into
 // out[count][many].

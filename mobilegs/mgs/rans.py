@@ -11,7 +11,7 @@ import heapq
 import struct
 
 import numpy as np
-from jaxtyping import Int, UInt16, UInt32
+from jaxtyping import Int, Int32, UInt16, UInt32
 
 from mobilegs.csrc import binding
 from mobilegs.errors import InputError
@@ -41,16 +41,14 @@ def encode(symbols: UInt16[np.ndarray, "n"], alphabet: int, *, contextual: bool 
     context = np.zeros_like(rows)
     if contextual:
         context[1:] = rows[:-1]
-    flat = context.astype(np.int64) * alphabet + rows
+    entries = context.astype(np.int32) * alphabet + rows
     present = np.arange(lanes) < active[:, None]
-    counts = np.bincount(flat[present], minlength=contexts * alphabet).reshape(contexts, alphabet)
-    frequencies = np.stack([normalise_counts(row) for row in counts])
+    counts = np.bincount(entries[present], minlength=contexts * alphabet)
+    frequencies = np.stack([normalise_counts(row) for row in counts.reshape(contexts, alphabet)])
     starts = np.cumsum(frequencies, axis=1) - frequencies
-    words, states = _encode_rounds(
-        frequencies.reshape(-1).astype(np.uint64)[flat],
-        starts.reshape(-1).astype(np.uint64)[flat],
-        active,
-    )
+    shares, below = (table.reshape(-1).astype(np.uint32) for table in (frequencies, starts))
+    coded = binding.encode_rans(entries, shares, below, len(symbols))
+    words, states = coded or encode_rounds(entries, shares, below, len(symbols))
     tables = _write_tables(frequencies)
     head = HEADER.pack(alphabet, contexts, len(tables), len(words))
     return head + tables + states.astype("<u4").tobytes() + words.astype("<u2").tobytes()
@@ -154,21 +152,28 @@ def _layout(
     return order, active
 
 
-def _encode_rounds(
-    frequencies: np.ndarray, starts: np.ndarray, active: np.ndarray
+def encode_rounds(
+    entries: Int32[np.ndarray, "rounds lanes"],
+    frequencies: UInt32[np.ndarray, "entries"],
+    starts: UInt32[np.ndarray, "entries"],
+    count: int,
 ) -> tuple[UInt16[np.ndarray, "w"], UInt32[np.ndarray, "lanes"]]:
-    """Encode the rounds from last to first; returns the words in reading order, and the states."""
-    states = np.full(frequencies.shape[1], STATE_LOW, dtype=np.uint64)
+    """Encode `count` symbols, given by their entries in the tables, from last to first round.
+
+    Returns the words in reading order, and the states. The reference of csrc/decode.cpp's loop.
+    """
+    states = np.full(entries.shape[1], STATE_LOW, dtype=np.uint64)
     words: list[np.ndarray] = []
-    for number in range(len(active) - 1, -1, -1):
-        lanes = active[number]
-        x, f = states[:lanes], frequencies[number, :lanes]
+    for number in range(len(entries) - 1, -1, -1):
+        row = entries[number][: count - number * len(states)]
+        lanes = len(row)
+        x, f = states[:lanes], frequencies[row].astype(np.uint64)
         full = x >= (f << np.uint64(32 - PRECISION))
         if full.any():
             words.append(x[full].astype(np.uint16))  # the low 16 bits
             x = np.where(full, x >> np.uint64(16), x)
         quotient, rest = np.divmod(x, f)
-        states[:lanes] = (quotient << np.uint64(PRECISION)) + rest + starts[number, :lanes]
+        states[:lanes] = (quotient << np.uint64(PRECISION)) + rest + starts[row]
     empty = np.empty(0, dtype=np.uint16)
     return np.concatenate([empty, *reversed(words)]), states.astype(np.uint32)
 

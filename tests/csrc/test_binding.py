@@ -125,6 +125,20 @@ def test_symbols_are_decoded_with_every_number_of_lanes(count: int, contextual: 
     assert found is not None and np.array_equal(found, symbols)
 
 
+@pytest.mark.parametrize("count", [0, 1, 2047, 4097, 65_537])
+@pytest.mark.parametrize("contextual", [False, True])
+@pytest.mark.usefixtures("build")
+def test_symbols_are_encoded_as_by_the_reference(
+    count: int, contextual: bool, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    # a symbol that is alone has a frequency of 2^14 and takes no bits
+    for symbols in (skewed_symbols(count, 49), np.full(count, 7, dtype=np.uint16)):
+        coded = rans.encode(symbols, 49, contextual=contextual)
+        with monkeypatch.context() as patch:
+            patch.setattr(binding, "encode_rans", lambda *_: None)
+            assert coded == rans.encode(symbols, 49, contextual=contextual)
+
+
 @settings(max_examples=100)
 @given(st.data())
 def test_damaged_rans_streams_have_the_results_of_the_reference(data: st.DataObject) -> None:
