@@ -280,3 +280,21 @@ def test_walking_keeps_the_height(tab: Tab, served: Callable[[str, bytes], Any])
     tab.page.evaluate("document.querySelector('mobile-gs').viewer.pose.move(0, -0.5, 0)")
     tab.page.evaluate("document.querySelector('mobile-gs').viewer.redraw()")
     tab.page.wait_for_function(f"Math.abs(({height})() - {before}) < 1e-2", timeout=20_000)
+
+
+def test_no_element_is_suspended_for_one_that_does_not_fit_even_so(tab: Tab) -> None:
+    found = tab.run(
+        """
+        const { take } = await import("/src/contexts.js");
+        const suspended = [];
+        const holder = (name, cost, inSight) =>
+          ({ cost, inSight, suspend: () => suspended.push(name), resume() {} });
+        take(holder("hidden", 1, false), false);
+        for (let i = 0; i < 7; i++) take(holder(`seen ${i}`, 1, true), false);
+        const webgl = holder("webgl", 2, true);
+        const able = take(webgl, false);
+        const before = [...suspended];
+        return [able, before, take(webgl, true), suspended];
+        """
+    )
+    assert found == [False, [], True, ["hidden", "seen 0"]]

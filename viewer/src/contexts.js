@@ -21,8 +21,8 @@ const waiting = new Set();
 
 const isHidden = (/** @type {Holder} */ { inSight }) => inSight === false;
 
-/** True if one more context of a cost is too much. @param {number} cost */
-const isFull = (cost) => [...holders].reduce((sum, one) => sum + one.cost, cost) > MOST;
+/** What one more context of a cost is too much. @param {number} cost */
+const excess = (cost) => [...holders].reduce((sum, one) => sum + one.cost, cost - MOST);
 
 /**
  * Take a context.
@@ -33,13 +33,19 @@ const isFull = (cost) => [...holders].reduce((sum, one) => sum + one.cost, cost)
  */
 export function take(holder, asked) {
   holders.delete(holder);
-  while (isFull(holder.cost)) {
-    const all = [...holders];
-    const other = all.find(isHidden) ?? (asked && all[0]);
-    if (!other) {
-      waiting.add(holder);
-      return false;
-    }
+  let most = excess(holder.cost);
+  const able = [...holders].filter((one) => asked || isHidden(one)).sort((a, b) => +isHidden(b) - +isHidden(a));
+  const enough = [];
+  for (const other of able) {
+    if (most <= 0) break;
+    most -= other.cost;
+    enough.push(other);
+  }
+  if (most > 0) {
+    waiting.add(holder); // nobody is suspended in vain
+    return false;
+  }
+  for (const other of enough) {
     holders.delete(other);
     waiting.add(other);
     other.suspend();
@@ -70,6 +76,6 @@ export function used(holder) {
 /** Let elements in sight try again, if there may be a context for them. */
 function wake() {
   for (const one of [...waiting]) {
-    if (one.inSight && (!isFull(one.cost) || [...holders].some(isHidden))) one.resume();
+    if (one.inSight && (excess(one.cost) <= 0 || [...holders].some(isHidden))) one.resume();
   }
 }
