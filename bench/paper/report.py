@@ -28,7 +28,7 @@ from bench.paper.claims import (
     base_of,
     claimed_base,
 )
-from bench.paper.equal_bytes import MOTION, equal_table
+from bench.paper.equal_bytes import MOTION, equal_table, summary
 from bench.paper.printed_bytes import readings
 from bench.paper.rows import RELEASES, ROWS
 from bench.paper.verdicts import LONG, own_rows, place, verdict_of
@@ -532,6 +532,7 @@ def main() -> None:
         return
     for page, name, lines in (
         (PAGE, "equal", equal_bytes(cells)),
+        (ROOT / "README.md", "equal", [summary(cells)]),
         (PAGE, "verdicts", verdicts(cells)),
         (PAGE, "pairs", pairs(cells)),
         (PAGE, "short", short_runs(cells)),
