@@ -18,7 +18,6 @@ This script opens their files:
 
 import argparse
 import json
-import os
 from collections.abc import Iterator, Mapping
 from pathlib import Path
 
@@ -27,7 +26,7 @@ import torch
 
 from bench.paper.captures import CAPTURES, find_capture
 from bench.paper.cells import CELL
-from bench.record import RESULTS, Figures
+from bench.record import RESULTS, Figures, data_folder
 from bench.viewers.compare import Variant, measure, ring_of
 from mobilegs.camera import Camera
 from mobilegs.data import load_capture
@@ -150,18 +149,22 @@ def pops(path: Path, cameras: list[Camera]) -> float:
         return popping(np.stack([frame.round().numpy() for frame in frames]))
 
 
-def motion_of(options: argparse.Namespace, some: list[tuple[dict, Path]]) -> Iterator[tuple]:
-    """Yield the name and the figures in motion of each cell of a scene, the default first."""
+def motion_of(
+    options: argparse.Namespace, some: list[tuple[dict, Path]], known: Mapping[str, Mapping]
+) -> Iterator[tuple]:
+    """Yield the name and the figures in motion of each cell of a scene that is not known yet."""
     base = some[0][0]
     place = CAPTURES[base["scene"]]
-    capture = find_capture(options.data, place)
-    assert capture is not None, f"{options.data} has no {place.folders[0]}"
+    capture = find_capture(data_folder(), place)
+    assert capture is not None, f"MOBILEGS_DATA has no {place.folders[0]}"
     dataset = load_capture(capture, downscale=place.downscale)
     views = [frame.camera for frame in dataset.train]
     width, height = base["image_size"]
     size = WIDTH, round(WIDTH * height / width)
     fine = ring_of(views, *size, step=FINE)[:FRAMES]
     for cell, path in some:
+        if known.get(key_of_motion(cell), {}).get("bytes") == cell["bytes"]:
+            continue
         scene = {"mgs": path, "ply": path, "size": f"{size[0]}x{size[1]}"}
         more = {"warm": 3, "pictures": None, "loads": 0}
         wanted = argparse.Namespace(**vars(options) | scene | more)
@@ -184,7 +187,6 @@ def motion_of(options: argparse.Namespace, some: list[tuple[dict, Path]]) -> Ite
 
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    parser.add_argument("--data", type=Path, default=os.environ.get("MOBILEGS_DATA"))
     parser.add_argument("--runs", type=Path, default=Path("runs/paper"))
     parser.add_argument("--scenes", nargs="+", required=True, choices=CAPTURES, metavar="SCENE")
     parser.add_argument("--frames", type=int, default=10)
@@ -192,13 +194,12 @@ def main() -> None:
     parser.add_argument("--rounds", type=int, default=2)
     parser.add_argument("--json", type=Path, default=MOTION)
     options = parser.parse_args()
-    options.data = Path(options.data)
     figures = Figures(options.json)
     paths = [path for name in options.scenes for path in options.runs.glob(f"{name}/*/{CELL}")]
     folders = [(json.loads(path.read_text()), path.parent) for path in sorted(paths)]
     for some in equal_cells([cell for cell, _ in folders]).values():
         files = [next(f for c, f in folders if c is cell) / "scene.mgs" for cell in some]
-        for name, found in motion_of(options, list(zip(some, files, strict=True))):
+        for name, found in motion_of(options, list(zip(some, files, strict=True)), figures.rows):
             figures.add(name, **found)
 
 
