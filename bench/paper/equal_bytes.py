@@ -110,23 +110,17 @@ def equal_table(cells: list[dict], motion: Mapping[str, Mapping]) -> tuple[list[
 
 def summary(cells: list[dict]) -> str:
     """Return what the README says: the default against the best sorted student of each scene."""
-
-    def told(cell: Mapping) -> str:
-        return f"{cell['psnr']:.2f} dB, {cell['lpips_vgg']:.4f}"
-
     scenes = []
     for scene, (base, *others) in equal_cells(cells).items():
         sorted_ones = [cell for cell in others if cell["row"] != BASE]
         if sorted_ones:
-            best = max(sorted_ones, key=lambda cell: cell["psnr"])
-            size = "x".join(map(str, base["image_size"]))
-            where = f"{scene.split('-')[0]} {size} ({base['bytes'] / 1000:.0f} kB)"
-            scenes.append(f"{where} {told(base)} against {told(best)}")
+            pair = base, max(sorted_ones, key=lambda cell: cell["psnr"])
+            decibels = " and ".join(f"{cell['psnr']:.2f}" for cell in pair)
+            lpips = " and ".join(f"{cell['lpips_vgg']:.4f}" for cell in pair)
+            scenes.append(f"{scene.split('-')[0]} {decibels} dB, LPIPS {lpips}")
     return (
-        "A sorted student of the same codec needs no view-dependent opacities, so the same bytes "
-        "hold more Gaussians. At equal bytes, PSNR and LPIPS (less is better) of the default "
-        f"against the best sorted student: {'; '.join(scenes)} "
-        "([table](docs/explanation/paper.md))."
+        "At equal bytes, the default and the best sorted student have: "
+        f"{'; '.join(scenes)} ([table](docs/explanation/paper.md))."
     )
 
 

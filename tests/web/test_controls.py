@@ -159,9 +159,7 @@ def test_a_screen_reader_hears_the_label_and_what_happens(tab: Tab, served: Any)
     tab.page.wait_for_function("notices.length > 1 && !notices.at(-1)[1]", timeout=20_000)
     *shown, (_, _, hidden) = tab.page.evaluate("notices")
     assert all(seen for _, seen, _ in shown)
-    assert [text.startswith(start) for (text, _, _), start in zip(shown, words, strict=True)] == [
-        True
-    ] * 3
+    assert all(text.startswith(start) for (text, *_), start in zip(shown, words, strict=True))
     assert hidden - shown[-1][2] > 1900  # an earlier text's end does not cut it short
     tab.page.evaluate(
         """() => {

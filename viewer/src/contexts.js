@@ -21,7 +21,7 @@ const waiting = new Set();
 
 const isHidden = (/** @type {Holder} */ { inSight }) => inSight === false;
 
-/** What one more context of a cost is too much. @param {number} cost */
+/** Costs above MOST with one more context; not above 0 if it fits. @param {number} cost */
 const excess = (cost) => [...holders].reduce((sum, one) => sum + one.cost, cost - MOST);
 
 /**
