@@ -33,7 +33,9 @@ TEACHER_SHARE = {"cpu": 0.45, "cuda": 0.35}  # of the time
 CORRECTION_TIMES = {"teacher": (0.5, 0.7, 0.9), "student": (0.05, 0.3, 0.55, 0.8)}
 SPLATS_PER_PIXEL = 0.6  # maximum number of Gaussians per pixel that is not transparent
 SPLATS_MIN, SPLATS_MAX = 20_000, 500_000  # limits of this maximum; 500,000 are a file of 5 MB
-FILE_BYTES_PER_SPLAT = 9.5  # per Gaussian of the teacher, of which the student prunes some
+# Bytes per Gaussian of the teacher, of which the student prunes some. More Gaussians in a file of
+# the same size have coarser step sizes, and worse pictures (docs/explanation/compression.md).
+FILE_BYTES_PER_SPLAT = 12.0
 SPLAT_FRACTIONS = (1.0, 0.7, 0.5, 0.35)  # of the maximum, in the order in which they are tried
 PIXELS_MIN = 300 * 200  # of a photo
 # Steps of the student per square root of a minute. A plan with more of them gives its time to

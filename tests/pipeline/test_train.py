@@ -238,10 +238,10 @@ def test_options_change_the_recipe(capture: Path, tmp_path: Path) -> None:
 
 
 def test_a_size_limits_the_teacher_and_steers_the_student(tmp_path: Path) -> None:
-    run = TrainRun(tmp_path, tmp_path, preset="short", target_mb=0.19)
+    run = TrainRun(tmp_path, tmp_path, preset="short", target_mb=0.24)
     recipe = resolve_recipe(run)
     assert recipe.teacher.max_splats == 20_000
-    assert recipe.student.quantization.target_mb == 0.19
+    assert recipe.student.quantization.target_mb == 0.24
     assert resolve_recipe(replace(run, target_mb=9.0)).teacher.max_splats == 60_000
     assert resolve_recipe(replace(run, max_splats=70_000)).teacher.max_splats == 70_000
     fixed = resolve_recipe(replace(run, settings=(("teacher.max_splats=30000",),)))
