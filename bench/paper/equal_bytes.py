@@ -47,7 +47,7 @@ def equal_cells(cells: list[dict]) -> dict[str, list[dict]]:
     found: dict[str, list[dict]] = {}
     for scene in CAPTURES:
         of_scene = [cell for cell in cells if cell["scene"] == scene]
-        bases = [cell for cell in of_scene if cell["row"] == BASE and not _is_aimed(cell)]
+        bases = [cell for cell in of_scene if cell["row"] == BASE and _ships(cell)]
         if not bases:
             continue
         base = max(bases, key=lambda cell: cell["student_steps"])
@@ -57,6 +57,10 @@ def equal_cells(cells: list[dict]) -> dict[str, list[dict]]:
             if near := [cell for cell in near if _is_equal(cell, base)]:
                 found[scene].append(max(near, key=lambda cell: cell["psnr"]))
     return {scene: some for scene, some in found.items() if len(some) > 1}
+
+
+def _ships(cell: Mapping) -> bool:
+    return set(cell.get("settings", ())) <= {"student.views_per_step"}
 
 
 def _is_aimed(cell: Mapping) -> bool:

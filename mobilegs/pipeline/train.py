@@ -62,6 +62,7 @@ from mobilegs.train.run_dir import (
 from mobilegs.train.stage import Stage
 from mobilegs.train.student.trainer import Student
 from mobilegs.train.teacher.trainer import Teacher
+from mobilegs.train.threads import torch_on_one_thread
 from mobilegs.up import up_of_cameras, written_up
 from mobilegs.viewpoints.first_view import find_framing
 from mobilegs.viewpoints.visibility import validate_visibility
@@ -322,7 +323,8 @@ def write_scene(job: Job, stage: Student) -> None:
     views: list[Camera] = [frame.camera for frame in frames[:FIRST_LOOKS]]
     coded = stage.quantized_scene(views=views, meta=meta)
     cameras = [frame.camera for frame in dataset.train]
-    framing = find_framing(coded.decode(job.team.device), cameras)
+    with torch_on_one_thread():  # its many pictures are small
+        framing = find_framing(coded.decode(job.team.device), cameras)
     coded = replace(coded, meta=meta | framing.notes)
     levels = config.quantization.lod_levels
     levels = levels or min(lod_levels_for(len(coded)), config.max_lod_levels)
