@@ -12,7 +12,7 @@ This script opens their files:
 - *stale*: frames of two turns, by 6 degrees a frame and by 90 degrees a second, that are less than
   50 dB from the viewer's own settled picture: their order comes too late.
 - *pops*: pixels of 100,000 that jump by more than 8 levels, and by that much more than a frame
-  before and after, while the camera turns by 0.1 degrees a frame; drawn by the kernels in exact
+  before and after, while the camera turns by 0.01 degrees a frame; drawn by the kernels in exact
   order.
 """
 
@@ -35,9 +35,10 @@ from mobilegs.scene_file import open_scene
 LEAST, MOST = 0.9, 1.02  # bytes of a file, of those that it is compared with
 BASE = "default"
 OTHERS = BASE, "default-sorted", "default-sorted-sh-2"
-TARGET = "student.quantization.target_mb"
+VIEWS, TARGET = "student.views_per_step", "student.quantization.target_mb"
+AIMED = {VIEWS, TARGET, "teacher.max_splats"}  # settings of the others
 WIDTH = 800  # pixels
-FINE, FRAMES = 0.1, 60  # degrees between two frames, and their number
+FINE, FRAMES = 0.01, 60  # degrees between two frames (an eighth of a pixel), and their number
 JUMP = 8.0  # levels of 255
 MOTION = RESULTS / "equal_bytes.json"
 
@@ -60,11 +61,11 @@ def equal_cells(cells: list[dict]) -> dict[str, list[dict]]:
 
 
 def _ships(cell: Mapping) -> bool:
-    return set(cell.get("settings", ())) <= {"student.views_per_step"}
+    return set(cell.get("settings", ())) <= {VIEWS}
 
 
 def _is_aimed(cell: Mapping) -> bool:
-    return TARGET in cell.get("settings", ())
+    return TARGET in cell.get("settings", ()) and set(cell["settings"]) <= AIMED
 
 
 def _is_equal(cell: Mapping, base: Mapping) -> bool:
