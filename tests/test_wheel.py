@@ -35,6 +35,7 @@ def test_a_demo_and_a_training_run_from_a_wheel_without_a_compiler(tmp_path: Pat
         assert process.stdout is not None
         assert any(line.startswith("training the teacher") for line in process.stdout)
         process.send_signal(signal.SIGINT)
+        process.communicate(timeout=300)
     assert process.returncode == 130 and not (demo / "scene.mgs").exists()
     short = [program, "train", demo / "capture", "-o", run, "--preset", "demo", "--steps", "240"]
     subprocess.run(short, check=True, env=bare, cwd=tmp_path)
