@@ -284,7 +284,7 @@ THEIRS: dict[str, Row] = {
     "two-pass": Row(
         "rivals",
         "stand-in for GES: surfaces of the same Gaussians, then everything not behind them",
-        method=Method("two_pass"),
+        archived=True,
     ),
     "quantized-3dgs": Row(
         "rivals",
@@ -406,6 +406,12 @@ DEFAULTS: dict[str, Row] = {
         "default", "the default's teacher", coded=False, student=False, classic=False
     ),
     "default": Row("default", "the default as it ships, antialiased", classic=False),
+    "default-depth-pass": Row(
+        "default",
+        "the same, weights times the light that a depth pass lets through",
+        method=Method("depth_pass"),
+        classic=False,
+    ),
     "default-sorted": Row("default", "the same, blended sorted", SORTED, classic=False),
     "default-sorted-sh-2": Row(
         "default",

@@ -18,19 +18,19 @@ EXPORT void mgs_sortfree_forward(const View* view, int n, const Inputs* in, Spla
                                  float* radii, float* sums, float* image, float* alpha,
                                  float* depth) {
   project_all(*view, n, *in, splats, radii);
-  bool two_pass = view->weighting == TWO_PASS;
-  auto run = depth ? (two_pass ? sortfree_forward<true, true> : sortfree_forward<true, false>)
-                   : (two_pass ? sortfree_forward<false, true> : sortfree_forward<false, false>);
+  bool pass = view->weighting == DEPTH_PASS;
+  auto run = depth ? (pass ? sortfree_forward<true, true> : sortfree_forward<true, false>)
+                   : (pass ? sortfree_forward<false, true> : sortfree_forward<false, false>);
   run(*view, n, splats, sums, image, alpha, depth);
 }
 
 EXPORT void mgs_sortfree_backward(const View* view, int n, const Inputs* in, const Splat* splats,
                                   const float* sums, const float* g_image, const float* g_alpha,
                                   const float* g_depth, const Gradients* out) {
-  bool two_pass = view->weighting == TWO_PASS;
+  bool pass = view->weighting == DEPTH_PASS;
   auto run = g_depth
-                 ? (two_pass ? sortfree_backward<true, true> : sortfree_backward<true, false>)
-                 : (two_pass ? sortfree_backward<false, true> : sortfree_backward<false, false>);
+                 ? (pass ? sortfree_backward<true, true> : sortfree_backward<true, false>)
+                 : (pass ? sortfree_backward<false, true> : sortfree_backward<false, false>);
   run(*view, n, *in, splats, sums, g_image, g_alpha, g_depth, *out);
 }
 

@@ -35,6 +35,24 @@ mgs_project(PARAM View view, int n, PARAM Inputs in, Splat* splats, float* radii
   if (threadIdx.x == 0) totals[blockIdx.x] = total;
 }
 
+// One thread per Gaussian: the same for the picture of the depth pass, from the projected splats.
+KERNEL(THREADS, 4)
+mgs_depth_splats(PARAM View pass, int n, const Splat* splats, Splat* coarse, int* touched,
+                 int* totals) {
+  int64 i = global_thread();
+  int count = 0;
+  if (i < n) {
+    Splat s = splats[i];
+    if (visible(s)) s = depth_splat(pass, s);
+    if (visible(s)) for_tile_rows(s, grid_of(pass, 0), [&](int, int tiles) { count += tiles; });
+    if (count == 0) s.x0 = s.x1 = s.y0 = s.y1 = 0;
+    coarse[i] = s;
+    touched[i] = count;
+  }
+  int total = sum_before(count).total;
+  if (threadIdx.x == 0) totals[blockIdx.x] = total;
+}
+
 // One warp per Gaussian, in the order of the slots: adds the slots that were reached.
 KERNEL(THREADS, 4)
 mgs_sorted_gather(int n, const int* order, const int64* ends, const float* slot_sums,
@@ -115,18 +133,18 @@ mgs_sortfree_forward_depth(PARAM View view, const Splat* splats, PARAM Lists lis
   sortfree_forward<true, false>(view, splats, lists, out, nullptr);
 }
 KERNEL(THREADS, 4)
-mgs_surfaces(PARAM View view, const Splat* splats, PARAM Lists lists, float* limits) {
-  find_surfaces(view, splats, lists, limits);
+mgs_depth_moments(PARAM View pass, const Splat* splats, PARAM Lists lists, float* moments) {
+  depth_moments(pass, splats, lists, moments);
 }
 KERNEL(THREADS, 4)
-mgs_two_pass_forward(PARAM View view, const Splat* splats, PARAM Lists lists, PARAM Outputs out,
-                     const float* limits) {
-  sortfree_forward<false, true>(view, splats, lists, out, limits);
+mgs_depth_pass_forward(PARAM View view, const Splat* splats, PARAM Lists lists, PARAM Outputs out,
+                     const float* moments) {
+  sortfree_forward<false, true>(view, splats, lists, out, moments);
 }
 KERNEL(THREADS, 4)
-mgs_two_pass_forward_depth(PARAM View view, const Splat* splats, PARAM Lists lists,
-                           PARAM Outputs out, const float* limits) {
-  sortfree_forward<true, true>(view, splats, lists, out, limits);
+mgs_depth_pass_forward_depth(PARAM View view, const Splat* splats, PARAM Lists lists,
+                           PARAM Outputs out, const float* moments) {
+  sortfree_forward<true, true>(view, splats, lists, out, moments);
 }
 KERNEL(THREADS, 4)
 mgs_sorted_forward(PARAM View view, const Splat* splats, PARAM Lists lists, PARAM Outputs out) {
@@ -175,13 +193,13 @@ mgs_sortfree_gather_depth(PARAM View view, const Splat* splats, PARAM Lists list
                           PARAM PixelGradients pixels, float* totals) {
   sortfree_gather<true, false>(view, splats, lists, pixels, totals);
 }
-KERNEL(THREADS, 4)
-mgs_two_pass_gather(PARAM View view, const Splat* splats, PARAM Lists lists,
+KERNEL(THREADS, 3)
+mgs_depth_pass_gather(PARAM View view, const Splat* splats, PARAM Lists lists,
                     PARAM PixelGradients pixels, float* totals) {
   sortfree_gather<false, true>(view, splats, lists, pixels, totals);
 }
-KERNEL(THREADS, 4)
-mgs_two_pass_gather_depth(PARAM View view, const Splat* splats, PARAM Lists lists,
+KERNEL(THREADS, 3)
+mgs_depth_pass_gather_depth(PARAM View view, const Splat* splats, PARAM Lists lists,
                           PARAM PixelGradients pixels, float* totals) {
   sortfree_gather<true, true>(view, splats, lists, pixels, totals);
 }

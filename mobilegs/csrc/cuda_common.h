@@ -43,8 +43,7 @@ struct Lists {
 };
 constexpr int FIRST = (int)0x80000000u;
 // `sums` are planes of one float per pixel of all levels: r, g, b, w, T (sorted: r, g, b, T), then z
-// for the depth image, then the depth limits of TWO_PASS; with levels, last T of each level's own
-// Gaussians.
+// for the depth image; with levels, then T of each level's own Gaussians; last the fog of DEPTH_PASS.
 struct Outputs {
   float* sums;
   float *image, *alpha, *depth;

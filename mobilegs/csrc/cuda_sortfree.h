@@ -7,61 +7,64 @@
 
 namespace {
 
-// First pass of TWO_PASS: the depth up to which Gaussians count at each pixel.
-MGS_FN void find_surfaces(const View& view, const Splat* splats, const Lists& lists,
-                          float* limits) {
+// The picture of the depth pass: planes of the sums of a, a ln z and a (ln z)^2. `splats` and the
+// lists are those of depth_view.
+MGS_FN void depth_moments(const View& pass, const Splat* splats, const Lists& lists,
+                          float* moments) {
   __shared__ Batch<THREADS> batch;
-  ThreadPixel here = thread_pixel(view);
-  float x = here.x + 0.5f, y = here.y + 0.5f, limit = NO_SURFACE;
+  ThreadPixel here = thread_pixel(pass);
+  float x = here.x + 0.5f, y = here.y + 0.5f, total = 0, first = 0, second = 0;
   Visits visits = visits_of(lists, blockIdx.x);
   for (int e = visits.first; e < visits.end; e += THREADS) {
     __syncthreads();  // all threads have read the previous batch
-    int count = stage_from(view, batch, visits, e, splats, here.level, false);
-    if ((int)threadIdx.x < count) {
-      const Splat& s = splats[gaussian_at(visits, e + threadIdx.x)];
-      batch.falloff[threadIdx.x].z = limit_of(s);
-      if (s.log2_opacity < -1) batch.box[threadIdx.x] = make_short4(0, 0, 0, 0);
-    }
+    int count = stage_from(pass, batch, visits, e, splats, here.level, false);
     __syncthreads();
     for (int base = 0; base < count; base += WARP) {
       unsigned left = touching(batch, base, count, here.patch_x, here.patch_y, 8, 4);
       for (; left; left &= left - 1) {
         int k = base + __ffs(left) - 1;
-        float4 place = batch.place[k], falloff = batch.falloff[k];
-        float raw = alpha_at(place, falloff, x - place.x, y - place.y);
-        float alpha = finish_alpha(raw, batch.edge[k]);
-        if (alpha >= SURFACE_ALPHA) limit = min_of(limit, falloff.z);
+        float4 place = batch.place[k];
+        float raw = alpha_at(place, batch.falloff[k], x - place.x, y - place.y);
+        float alpha = finish_alpha(raw, batch.edge[k]), log_z = batch.color[k].x;
+        total += alpha, first += alpha * log_z, second += alpha * (log_z * log_z);
       }
     }
   }
-  if (here.inside) limits[here.at] = limit;
+  if (!here.inside) return;
+  int64 plane = (int64)pass.width * pass.height;
+  moments[here.at] = total, moments[plane + here.at] = first, moments[2 * plane + here.at] = second;
 }
 
-// `limits` come from the first pass of TWO_PASS; at a surface T is 0.
-template <bool DEPTH, bool SURFACES>
+// With PASS, weights by the fog of `moments`; the last planes of the sums get it.
+template <bool DEPTH, bool PASS>
 MGS_FN void sortfree_forward(const View& view, const Splat* splats, const Lists& lists,
-                             const Outputs& out, const float* limits) {
+                             const Outputs& out, const float* moments) {
   __shared__ Batch<THREADS> batch;
+  __shared__ float log_z[PASS ? THREADS : 1];
   ThreadPixel here = thread_pixel(view);
   float x = here.x + 0.5f, y = here.y + 0.5f;
-  float limit = SURFACES && here.inside ? limits[here.at] : NO_SURFACE;
-  Pixel<float> p = {0, 0, 0, 0, 0, limit < NO_SURFACE ? 0.0f : 1.0f};
+  Pixel<float> p = {0, 0, 0, 0, 0, 1};
+  Fog<float> fog = {};
+  if (PASS && here.inside)
+    fog = fog_of_pixel(grid_of(view, PASS_LEVEL), moments, here.level, here.x, here.y);
   Visits visits = visits_of(lists, blockIdx.x);
   for (int e = visits.first; e < visits.end; e += THREADS) {
     __syncthreads();  // all threads have read the previous batch
     int count = stage_from(view, batch, visits, e, splats, here.level, true);
+    if (PASS && (int)threadIdx.x < count)
+      log_z[threadIdx.x] = log_depth(splats[gaussian_at(visits, e + threadIdx.x)]);
     __syncthreads();
     for (int base = 0; base < count; base += WARP) {
       unsigned left = touching(batch, base, count, here.patch_x, here.patch_y, 8, 4);
       for (; left; left &= left - 1) {
         int k = base + __ffs(left) - 1;
         float4 place = batch.place[k], falloff = batch.falloff[k], color = batch.color[k];
-        if (SURFACES && color.w > limit) continue;  // w is 1, so color.w is the depth
         float raw = alpha_at(place, falloff, x - place.x, y - place.y);
         float alpha = finish_alpha(raw, batch.edge[k]);
+        p.t -= p.t * alpha;
+        if (PASS) alpha *= visibility(fog, log_z[k]);
         p.r += alpha * color.x, p.g += alpha * color.y, p.b += alpha * color.z;
         p.w += alpha * falloff.z;
-        p.t -= p.t * alpha;
         if (DEPTH) p.z += alpha * color.w;
       }
     }
@@ -71,8 +74,12 @@ MGS_FN void sortfree_forward(const View& view, const Splat* splats, const Lists&
   const float values[6] = {p.r, p.g, p.b, p.w, p.t, p.z};
   UNROLL
   for (int k = 0; k < (DEPTH ? 6 : 5); k++) out.sums[k * plane + at] = values[k];
+  int after = (DEPTH ? 6 : 5) + (level_count(view) > 1);
+  if (PASS)
+    out.sums[after * plane + at] = fog.density, out.sums[(after + 1) * plane + at] = fog.first,
+                             out.sums[(after + 2) * plane + at] = fog.slope;
   if (level_count(view) > 1)
-    out.sums[(DEPTH ? 6 : 5) * plane + at] = p.t;
+    out.sums[(after - 1) * plane + at] = p.t;
   else
     sortfree_resolve(view, p, out.image + 3 * at, out.alpha + at, DEPTH ? out.depth + at : nullptr);
 }
@@ -134,7 +141,7 @@ struct PixelGradients {
   float4* colors;       // r, g, b, w
   float2* others;       // T dL/dT, z
   float* carried;       // with levels: dL/dT times the T of the image's own Gaussians
-  const float* limits;  // only for TWO_PASS, for the gathering
+  const float* fog;     // planes, only for DEPTH_PASS, for the gathering
 };
 
 template <bool DEPTH>
@@ -240,21 +247,27 @@ MGS_FN void reduce_levels(const View& view, const float* sums, const PixelGradie
 constexpr int GATHERED = 128;  // entries that a block looks at
 
 // Sums over every `step`-th pixel of a Gaussian's box, starting with pixel `first`.
-template <bool DEPTH, bool SURFACES>
+template <bool DEPTH, bool PASS>
 MGS_FN Sums<float> gather_box(const View& view, const Splat& s, const PixelGradients& pixels,
                               int first, int step) {
   Sums<float> sums = {};
   Grid grid = grid_of(view, s.level);
-  float edge = edge_of(view, s);
+  float edge = edge_of(view, s), log_z = PASS ? log_depth(s) : 0.0f;
+  int64 plane = PASS ? pixel_count(view) : 0;
   int width = s.x1 - s.x0, x = s.x0 + first % width, y = s.y0 + first / width;
   int step_x = step % width, step_y = step / width;
   while (y < s.y1) {
     float dx = x + 0.5f - s.x, dy = y + 0.5f - s.y;
     float raw = pair_alpha(dx, row_of(s, dy));
     int64 at = grid.first_pixel + (int64)y * grid.width + x;
-    if (raw > 0 && (!SURFACES || s.z <= pixels.limits[at])) {
+    if (raw > 0) {
       float4 c = pixels.colors[at];
       float2 o = pixels.others[at];
+      if (PASS) {
+        const float* fog = pixels.fog + at;
+        float share = visibility(Fog<float>{fog[0], fog[plane], fog[2 * plane]}, log_z);
+        c.x *= share, c.y *= share, c.z *= share, c.w *= share, o.y *= share;
+      }
       float g_q =
           sortfree_pair_adjoint<DEPTH>(sums, s, raw, edge, c.x, c.y, c.z, o.y, c.w, o.x);
       add_moments(sums, g_q, dx, dy);
@@ -268,7 +281,7 @@ MGS_FN Sums<float> gather_box(const View& view, const Splat& s, const PixelGradi
 // Adds the pixels of the Gaussians whose first entries are among those of the block: neighbours in
 // the image, which read the same pixels from the cache. One warp per Gaussian; then the whole block
 // takes those with a large box.
-template <bool DEPTH, bool SURFACES>
+template <bool DEPTH, bool PASS>
 MGS_FN void sortfree_gather(const View& view, const Splat* splats, const Lists& lists,
                             const PixelGradients& pixels, float* totals) {
   __shared__ float parts[WARPS][SUMS];
@@ -293,14 +306,14 @@ MGS_FN void sortfree_gather(const View& view, const Splat* splats, const Lists& 
       int64 i = ids[k];
       if (i < 0) continue;
       Splat s = splats[i];
-      Total total = add_lanes(gather_box<DEPTH, SURFACES>(view, s, pixels, lane, WARP));
+      Total total = add_lanes(gather_box<DEPTH, PASS>(view, s, pixels, lane, WARP));
       if (total.component >= 0) totals[i * SUMS + total.component] = total.value;
     }
     for (int k = 0; k < found.total; k++) {
       if (ids[k] >= 0) continue;
       int64 i = ids[k] & ~FIRST;
       Splat s = splats[i];
-      Total total = add_lanes(gather_box<DEPTH, SURFACES>(view, s, pixels, threadIdx.x, THREADS));
+      Total total = add_lanes(gather_box<DEPTH, PASS>(view, s, pixels, threadIdx.x, THREADS));
       if (total.component >= 0) parts[warp][total.component] = total.value;
       __syncthreads();
       if (threadIdx.x < SUMS) {

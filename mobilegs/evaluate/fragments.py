@@ -31,7 +31,7 @@ def fragments_per_pixel(scene: Scene, camera: Camera, *, level_sigma: float = 0.
     shapes = (gaussians.means, gaussians.quats, gaussians.scales, opacities, gaussians.sh[:, :1])
     projected = project(*shapes, camera=camera, alpha_min=alpha_min, footprint=scene.footprint)
     weights = torch.ones_like(opacities)
-    if not sortfree or scene.weighting.name == "two_pass":
+    if not sortfree:
         level_sigma = 0.0
     if level_sigma:
         s_max = torch.where(projected.visible, gaussians.scales.amax(1), 0.0)

@@ -151,8 +151,8 @@ def render_sortfree(
     above 10. The image is nearly the same, from fewer fragments; 1 is a good choice. 0, the
     default, adds up all at full size.
 
-    Raises InputError as `render_sorted` does, for opacities outside [0, 1], for another
-    `level_sigma`, and for one above 0 with the weighting `two_pass`.
+    Raises InputError as `render_sorted` does, for opacities outside [0, 1], and for another
+    `level_sigma`.
     """
     validate_gaussians(means, quats=quats, scales=scales)
     count = len(means)

@@ -68,8 +68,6 @@ def validate_level_sigma(sigma: float) -> None:
 def validate_settings(settings: RenderSettings, *, sortfree: bool) -> None:
     """Raise InputError for settings that a renderer does not support."""
     validate_level_sigma(settings.level_sigma)
-    if settings.level_sigma and settings.weighting.name == "two_pass":
-        raise InputError("the weighting 'two_pass' has no levels: use level_sigma=0")
     if settings.footprint.soft_edge and not sortfree:
         raise InputError("sorted blending has no soft edge: use a footprint without it")
 

@@ -89,22 +89,23 @@ def at_level(
     *,
     size: tuple[int, int],
     alpha_min: float,
+    spread: float | None = None,
 ) -> tuple[Projected, Float[Tensor, "n"]]:
     """Return the `chosen` Gaussians and their opacities in the pixels of a level's target.
 
     Enlarging twice convolves with a B-spline: from level l to 0 it adds the variance
     `(4^l - 1) / 4` px^2. The covariance is S less that, and the opacity is multiplied by
     `sqrt(det S / det S')`, so that the enlarged Gaussian is the original one. `size` is the
-    target's. All others are not visible.
+    target's, `spread` another variance to take away, in px^2. All others are not visible.
     """
     side = 2**level
-    spread = 0.25 * (side * side - 1)
+    taken = 0.25 * (side * side - 1) if spread is None else spread
     var_x, cov, var_y = projected.covs.unbind(1)
     shown = chosen & projected.visible
-    # the others may be narrower than the spread
-    var_x, var_y = (torch.where(shown, v - spread, 1.0) / side**2 for v in (var_x, var_y))
+    # the others may be narrower than that
+    var_x, var_y = (torch.where(shown, v - taken, 1.0) / side**2 for v in (var_x, var_y))
     cov = torch.where(shown, cov, 0.0) / side**2
-    det = projected.dets - spread * (projected.covs[:, 0] + projected.covs[:, 2]) + spread**2
+    det = projected.dets - taken * (projected.covs[:, 0] + projected.covs[:, 2]) + taken**2
     det = torch.where(shown, det, 1.0) / side**4
     opacities = opacities * (torch.where(shown, projected.dets, 1.0) / det).sqrt() / side**2
     means2d = projected.means2d / side + (1 if level else 0)

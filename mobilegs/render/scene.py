@@ -85,16 +85,13 @@ class Scene:
         """Render from `camera`, with the camera's near plane.
 
         `depth` adds the depth image. `level_sigma`, as in `render_sortfree`, has no effect on
-        scenes that are blended sorted and on the weighting `two_pass`. `supersampling` n, at least
-        1, renders n x n pixels in place of one, and averages them: for images smaller than those
-        of training (`supersampling_for`).
+        scenes that are blended sorted. `supersampling` n, at least 1, renders n x n pixels in place
+        of one, and averages them: for images smaller than those of training (`supersampling_for`).
         """
         if supersampling > 1:
             fine = magnified(camera, supersampling)
             return averaged(self.render(fine, depth=depth, level_sigma=level_sigma), supersampling)
         gaussians, lobes = self.gaussians, self.lobes
-        if self.weighting.name == "two_pass":
-            level_sigma = 0.0
         options = {"camera": camera, "depth": depth, "level_sigma": level_sigma}
         if self.network is None:
             return self._blend(gaussians, lobes, **options)

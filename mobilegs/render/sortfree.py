@@ -9,7 +9,6 @@ viewer's project.wgsl and project.glsl for the GPU renderers; the image in `sort
 csrc/pairs.h and `resolve_sortfree` of resolve.wgsl and resolve.glsl.
 """
 
-import math
 from dataclasses import dataclass
 from typing import Literal, get_args
 
@@ -19,13 +18,13 @@ from torch import Tensor
 
 from mobilegs.camera import Camera
 from mobilegs.errors import InputError
+from mobilegs.render.depth_pass import PASS_LEVEL, depth_moments, visibility
 from mobilegs.render.levels import at_level, choose_levels, enlarge, level_sizes
 from mobilegs.render.lobes import evaluate_lobes
 from mobilegs.render.project import (
     ALPHA_MIN,
     CLASSIC,
     Footprint,
-    Projected,
     pair_alphas,
     project,
 )
@@ -33,13 +32,9 @@ from mobilegs.render.rendered import Rendered
 from mobilegs.validation import check_choice
 
 # of kernels, shaders and files, which know them by their index
-WeightingName = Literal["mobile_gs", "no_depth", "no_scale", "sort_free_gs", "two_pass"]
+WeightingName = Literal["mobile_gs", "no_depth", "no_scale", "sort_free_gs", "depth_pass"]
 WEIGHTINGS: tuple[WeightingName, ...] = get_args(WeightingName)
 WEIGHT_MIN = 1e-12  # a pixel whose weights sum to less shows the background
-SURFACE_ALPHA = 0.5  # `two_pass`: from this alpha on, a Gaussian is a surface at a pixel
-# `two_pass`: Gaussians up to this share of the depth behind a surface still count, so that
-# neighbours on it blend: 0.05 gives 0.2 dB more than 0.02 on horns, nothing on lego; 0.1 no more
-SURFACE_MARGIN = 0.05
 
 
 @dataclass(frozen=True)
@@ -52,9 +47,9 @@ class Weighting:
     name: WeightingName = "mobile_gs"
     """`mobile_gs` is the paper's Eq. 3; `no_depth` and `no_scale` drop its second or third
     term (the paper's Table 5). `sort_free_gs` is the linear form of SortFreeGS,
-    `max(0, 1 - d / sigma) v`, with phi as the learned v. `two_pass`, a stand-in for GES, finds
-    the nearest surface of each pixel first and then blends the Gaussians that are not behind it,
-    each with weight 1. Training uses `mobile_gs`; the others open files of before and serve
+    `max(0, 1 - d / sigma) v`, with phi as the learned v. `depth_pass` is `mobile_gs` times the
+    share of light that reaches the pixel, by a depth pass of a quarter of the image's size
+    (`render/depth_pass.py`). Training uses `mobile_gs`; the others open files of before and serve
     bench/paper."""
     exponent_max: float = 4.0
     """Upper limit of `s_max / d` in the exponential, in (0, 80] (see `WeightingConfig`)."""
@@ -92,8 +87,6 @@ class Weighting:
         """
         if self.detached:
             depths, s_max = depths.detach(), s_max.detach()
-        if self.name == "two_pass":
-            return torch.ones_like(depths)
         if self.name == "sort_free_gs":
             return (1 - depths / self.sigma).clamp_min(0) * phi
         w = phi * phi
@@ -102,20 +95,6 @@ class Weighting:
         if self.name != "no_scale":
             w = w + torch.exp((s_max / depths).clamp_max(self.exponent_max))
         return w
-
-
-@torch.no_grad()
-def surface_limits(
-    alphas: Float[Tensor, "pixels n"], depths: Float[Tensor, "n"]
-) -> Float[Tensor, "pixels 1"]:
-    """Return the depth up to which Gaussians count at each pixel, infinite without a surface.
-
-    The surface is the nearest Gaussian with an alpha of at least 0.5 there. It stands in for the
-    depth image of GES (Ye et al. 2025), whose opaque surfels are a set of their own with colours.
-    """
-    opaque = torch.where(alphas >= SURFACE_ALPHA, depths, math.inf)
-    nearest = torch.nn.functional.pad(opaque, (0, 1), value=math.inf).amin(1, keepdim=True)
-    return (1 + SURFACE_MARGIN) * nearest
 
 
 def render_sortfree(
@@ -138,11 +117,11 @@ def render_sortfree(
     as in `mobilegs.render_sortfree`.
 
     With `sort_free_gs` the image is Eq. 1: `C = (bg w_bg + sum(c a w)) / (w_bg + sum(a w))`. With
-    `two_pass`, only Gaussians up to the pixel's surface (`surface_limits`) count where it has one:
-    there T = 0 and `C = sum(c a) / sum(a)`. A Gaussian with a lobe that is not finite is left out.
+    `depth_pass`, w is multiplied at each pixel by the `visibility` of the Gaussian's depth there,
+    through which no gradient flows. A Gaussian with a lobe that is not finite is left out.
 
     With a `level_sigma` above 0, the sums of large Gaussians are added up in smaller targets
-    (`render/levels.py`), for every weighting but `two_pass`.
+    (`render/levels.py`).
     """
     valid = lobes.flatten(1).isfinite().all(1) & means.isfinite().all(1)
     valid &= (means.detach() != camera.position).any(1)  # without a viewing direction
@@ -158,12 +137,21 @@ def render_sortfree(
     weights = torch.where(projected.visible, weighting.weights(projected.depths, s_max, phi), 0.0)
     sizes = level_sizes(camera.height, camera.width)
     levels = choose_levels(projected, weights, level_sigma)
+    moments = None
+    if weighting.name == "depth_pass":
+        size, soft_edge = sizes[PASS_LEVEL], footprint.soft_edge
+        moments = depth_moments(projected, opacities, size, alpha_min, soft_edge=soft_edge)
     sums, radii = None, projected.radii.amax(1) * projected.visible
     for level in reversed(range(len(sizes) if level_sigma else 1)):
         size, chosen = sizes[level], levels == level
         part, faded = at_level(projected, opacities, level, chosen, size=size, alpha_min=alpha_min)
         alphas = pair_alphas(part, faded, size, alpha_min, soft_edge=footprint.soft_edge)
-        own = _sums(alphas, part, weights, two_pass=weighting.name == "two_pass")
+        transmittance = torch.exp(torch.log1p(-alphas).sum(1, keepdim=True))
+        aw = alphas * weights
+        if moments is not None:
+            aw = aw * visibility(moments, part.depths, level, size)
+        color, depth = aw @ part.colors, aw @ part.depths[:, None]
+        own = torch.cat([color, depth, aw.sum(1, keepdim=True), transmittance], dim=1)
         own = own.reshape(*size, -1)
         if sums is not None:
             above = enlarge(sums, size, to_image=level == 0)
@@ -185,21 +173,3 @@ def render_sortfree(
     return Rendered(
         image.reshape(*size, 3), (1 - transmittance).reshape(size), depth.reshape(size), radii
     )
-
-
-def _sums(
-    alphas: Float[Tensor, "pixels n"],
-    projected: Projected,
-    weights: Float[Tensor, "n"],
-    *,
-    two_pass: bool,
-) -> Float[Tensor, "pixels 6"]:
-    """Return `sum(c a w)`, `sum(z a w)`, `sum(a w)` and T of each pixel."""
-    transmittance = torch.exp(torch.log1p(-alphas).sum(1, keepdim=True))
-    if two_pass:
-        limits = surface_limits(alphas, projected.depths)
-        alphas = torch.where(projected.depths <= limits, alphas, 0.0)
-        transmittance = torch.where(limits.isinf(), transmittance, 0.0)
-    aw = alphas * weights
-    color, depth = aw @ projected.colors, aw @ projected.depths[:, None]
-    return torch.cat([color, depth, aw.sum(1, keepdim=True), transmittance], dim=1)

@@ -130,13 +130,13 @@ class WgpuRenderer:
         `wgpu_device.gpus()`; by default the first one that can render.
 
         Raises InputError without a GPU, if none can render (with `full_precision`: blend and filter
-        32-bit floats) or its memory does not hold the scene, for the weighting `two_pass`,
+        32-bit floats) or its memory does not hold the scene, for the weighting `depth_pass`,
         which shaders lack, and for a `level_sigma` that `render_sortfree` refuses.
         `render` and `render_into` raise it if the GPU fails or is lost.
         """
-        if scene.weighting.name == "two_pass":
+        if scene.weighting.name == "depth_pass":
             raise InputError(
-                "shaders do not render the weighting 'two_pass': use --renderer kernels, or "
+                "shaders do not render the weighting 'depth_pass': use --renderer kernels, or "
                 "Scene.render"
             )
         settings = RenderSettings(scene.weighting, scene.footprint.drawn(scene.blend), level_sigma)

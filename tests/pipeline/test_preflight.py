@@ -89,7 +89,7 @@ def test_values_out_of_range_are_refused(setting: str) -> None:
     ("setting", "hint"),
     [
         ("student.pruning.votes.quantile=0.4", "there is no 'votes'"),
-        ("student.weighting.name=two_pass", "there is no 'name'"),
+        ("student.weighting.name=depth_pass", "there is no 'name'"),
         ("student.lr.codebooks=0", "did you mean codebook_factor"),
     ],
 )

@@ -60,7 +60,7 @@ def test_features_blend_as_in_numpy(kind, channels, backend, dtype):
     np.testing.assert_allclose(found.depth.double().ravel(), shares @ depths, atol=5 * tolerance)
 
 
-@pytest.mark.parametrize("renderer", ["sorted", "mobile_gs", "two_pass"])
+@pytest.mark.parametrize("renderer", ["sorted", "mobile_gs", "depth_pass"])
 @pytest.mark.parametrize(
     ("case", "channels"),
     [("several tiles", 1), ("several tiles", 3), ("opaque", 5), ("empty scene", 5)],

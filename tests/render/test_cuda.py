@@ -73,7 +73,7 @@ def test_a_large_scene_agrees_with_the_cpu_kernels(renderer):
         assert error < 1e-3, name
 
 
-@pytest.mark.parametrize("renderer", [*BOTH, "two_pass"])
+@pytest.mark.parametrize("renderer", [*BOTH, "depth_pass"])
 def test_two_runs_give_the_same_bits(renderer):
     scene, view = as_float32(random_scene(30_000, seed=22)), camera(640, 427)
     scene["scales"][:5] = 3.0

@@ -61,7 +61,7 @@ def test_every_built_instruction_set_agrees(level, monkeypatch):
         compare_with_reference("around the camera", renderer, pose=True)
 
 
-@pytest.mark.parametrize("renderer", ["sorted", "mobile_gs", "two_pass"])
+@pytest.mark.parametrize("renderer", ["sorted", "mobile_gs", "depth_pass"])
 @pytest.mark.parametrize("bad", INVALID)
 def test_a_gaussian_with_a_value_that_is_not_finite_is_left_out(bad, renderer):
     check_invalid_values(bad, renderer, pose=True, dtype=torch.float64, backend="reference")

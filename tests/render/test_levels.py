@@ -143,6 +143,3 @@ def test_impossible_settings_are_refused():
     for level_sigma in (-1.0, 0.5, 1000.0, float("nan")):
         with pytest.raises(InputError, match="level_sigma must be 0 or lie"):
             render_sortfree(*inputs, level_sigma=level_sigma, **options)
-    weighting = Weighting("two_pass")
-    with pytest.raises(InputError, match="'two_pass' has no levels"):
-        render_sortfree(*inputs, level_sigma=1.0, weighting=weighting, **options)

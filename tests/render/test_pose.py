@@ -19,6 +19,7 @@ from tests.support.scenes import (
     camera,
     cotangents,
     gradcheck_scene,
+    hold_visibility,
     random_scene,
     render_with_grads,
 )
@@ -48,8 +49,9 @@ def test_the_pose_of_a_sorted_image_passes_gradcheck():
     assert torch.autograd.gradcheck(outputs, twist)
 
 
-@pytest.mark.parametrize("name", ["mobile_gs", "two_pass"])
-def test_the_pose_of_a_sortfree_image_passes_gradcheck(name):
+@pytest.mark.parametrize("name", ["mobile_gs", "depth_pass"])
+def test_the_pose_of_a_sortfree_image_passes_gradcheck(name, monkeypatch):
+    hold_visibility(monkeypatch)
     inputs, view = gradcheck_scene(SORTFREE, lobe_degree=2)
     inputs = [t.detach() for t in inputs]
     options = {"weighting": Weighting(name, sigma=6.0, background_weight=0.4), "depth": True}
@@ -74,7 +76,7 @@ def test_the_kernel_agrees_in_every_case(case, renderer):
     compare_with_reference(case, renderer, pose=True)
 
 
-@pytest.mark.parametrize("renderer", ["sorted", "two_pass"])
+@pytest.mark.parametrize("renderer", ["sorted", "depth_pass"])
 def test_the_pose_has_a_gradient_with_features(renderer):
     compare_with_reference("several tiles", renderer, channels=5, pose=True)
 

@@ -14,7 +14,14 @@ from mobilegs.render.scene import Scene
 from mobilegs.render.sortfree import WEIGHTINGS
 from mobilegs.spherical_harmonics import rgb_to_sh0
 from tests.support.golden import view_network
-from tests.support.scenes import SORTED, SORTFREE, camera, gradcheck_scene, random_scene
+from tests.support.scenes import (
+    SORTED,
+    SORTFREE,
+    camera,
+    gradcheck_scene,
+    hold_visibility,
+    random_scene,
+)
 from tests.support.selection import few
 
 BACKGROUND = torch.tensor([0.1, 0.2, 0.35], dtype=torch.float64)
@@ -33,9 +40,10 @@ def test_sorted_blending_passes_gradcheck(degree):
 
 
 @pytest.mark.parametrize("name", few(WEIGHTINGS, "mobile_gs"))
-def test_sortfree_blending_passes_gradcheck(name):
+def test_sortfree_blending_passes_gradcheck(name, monkeypatch):
     inputs, view = gradcheck_scene(SORTFREE)
     weighting = Weighting(name, sigma=6.0, background_weight=0.4)
+    hold_visibility(monkeypatch)
 
     def render(*x):
         options = {"camera": view, "background": BACKGROUND, "weighting": weighting}
@@ -112,36 +120,32 @@ def test_the_exponent_of_the_weight_is_clamped():
     assert image[0].item() == pytest.approx(0.75 * w[0] / sum(w) + 0.25 * 0.1, rel=1e-9)
 
 
-def test_two_pass_leaves_out_gaussians_behind_the_surface():
-    colors = [[1.0, 0, 0], [0, 1.0, 0], [0, 0, 1.0], [1.0, 1.0, 0]]
-    given = [[2.0, 2.09, 1.0, 2.11], [0.6, 0.3, 0.2, 0.9], [0.0, 3.0, 1.0, 2.0], colors]
-    inputs, lobes, view = _on_axis(*given)
-    inputs[3] = lobes.requires_grad_()
-    options = {"camera": view, "background": BACKGROUND, "weighting": Weighting("two_pass")}
-    rendered = render_sortfree(*inputs, depth=True, **options)
-    expected = torch.tensor([0.6, 0.3, 0.2], dtype=torch.float64) / 1.1
-    torch.testing.assert_close(rendered.image[0, 0], expected, rtol=1e-12, atol=1e-12)
-    assert rendered.alpha[0, 0].item() == 1
-    assert rendered.depth is not None
-    assert rendered.depth[0, 0].item() == pytest.approx((0.6 * 2 + 0.3 * 2.09 + 0.2) / 1.1)
-    rendered.image[0, 0, 0].backward()
-    assert lobes.grad is not None
-    found = lobes.grad[:, 0]
-    assert (found[:, 1] == 0).all()  # phi has no influence
-    assert (found[:3, 0] != 0).all() and found[3, 0] == 0
-
-
-def test_two_pass_without_a_surface_is_a_mean_over_the_background():
-    colors = [[1.0, 0, 0], [0, 1.0, 0]]
-    inputs, lobes, view = _on_axis([2.0, 9.0], [0.4, 0.2], [1.0, 1.0], colors)
+def test_the_visibility_of_two_gaussians_is_that_of_the_formula():
+    colors = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0]]
+    inputs, lobes, view = _on_axis([2.0, 4.0], [0.5, 0.8], [1.5, 0.5], colors)
     inputs[3] = lobes
-    options = {"camera": view, "background": BACKGROUND, "weighting": Weighting("two_pass")}
+    options = {"camera": view, "background": BACKGROUND, "weighting": Weighting("depth_pass")}
     rendered = render_sortfree(*inputs, **options)
-    transmittance = 0.6 * 0.8
-    mean = torch.tensor([0.4, 0.2, 0], dtype=torch.float64) / 0.6
-    expected = (1 - transmittance) * mean + transmittance * BACKGROUND
+    alphas = []  # of each at the pixel, from the four pixels of the picture around it
+    for opacity, z in ((0.5, 2.0), (0.8, 4.0)):
+        before = (10 * 0.5 / z) ** 2 + 0.3  # variances in px^2
+        after = before + 2.25
+        line = 0.375 * math.exp(-(2.5**2) / 2 / after) + 0.625 * math.exp(-(1.5**2) / 2 / after)
+        alphas.append(opacity * before / after * line**2)
+    total = sum(alphas)
+    mean = sum(a * math.log(z) for a, z in zip(alphas, (2.0, 4.0), strict=True)) / total
+    square = sum(a * math.log(z) ** 2 for a, z in zip(alphas, (2.0, 4.0), strict=True)) / total
+    deviation = math.sqrt(square - mean * mean)
+    seen = [
+        math.exp(-total * min(1, max(0, 0.5 + 0.4 * (math.log(z) - mean) / (deviation + 0.02))))
+        for z in (2.0, 4.0)
+    ]
+    assert 0 < seen[1] < 0.8 * seen[0] < 0.8
+    w = [1.5**2 + 1.5 / 4 + math.exp(0.25), 0.5**2 + 0.5 / 16 + math.exp(0.125)]
+    red, green = 0.5 * w[0] * seen[0], 0.8 * w[1] * seen[1]
+    expected = [0.9 * red / (red + green), 0.9 * green / (red + green), 0.0]
+    expected = torch.tensor(expected, dtype=torch.float64) + 0.1 * BACKGROUND
     torch.testing.assert_close(rendered.image[0, 0], expected, rtol=1e-12, atol=1e-12)
-    assert rendered.alpha[0, 0].item() == pytest.approx(1 - transmittance)
 
 
 def test_sorted_blending_does_not_depend_on_the_order_of_rows():

@@ -56,13 +56,18 @@ for _name, _footprint, _sigma in (
 ):
     _options = {"weighting": _weighting, "footprint": _footprint, "level_sigma": _sigma}
     RENDERERS[_name] = (render_sortfree, _options)
+_options = RENDERERS["all"][1]
+RENDERERS["all, depth_pass"] = (
+    render_sortfree,
+    _options | {"weighting": replace(_weighting, name="depth_pass")},
+)
 # the same images with other gradients
 DETACHED = {
     f"{name} detached": (render, {"weighting": replace(options["weighting"], detached=True)})
     for name, (render, options) in RENDERERS.items()
     if name in ("mobile_gs", "sort_free_gs")
 }
-SHADER_RENDERERS = [name for name in RENDERERS if name != "two_pass"]
+SHADER_RENDERERS = [name for name in RENDERERS if "depth_pass" not in name]
 
 
 def input_names(renderer: str) -> tuple[str, ...]:

@@ -1,16 +1,18 @@
 """Small random scenes and cameras, and comparisons of tensors and gradients."""
 
 from dataclasses import replace
+from typing import Any
 
+import pytest
 import torch
 from torch import Tensor
 
 from mobilegs.camera import Camera, look_at
+from mobilegs.render import sortfree
 from mobilegs.render.inputs import RenderSettings
 from mobilegs.render.levels import LEVELS, at_level, choose_levels, enlarge, level_sizes
 from mobilegs.render.lobes import evaluate_lobes
 from mobilegs.render.project import ALPHA_MIN, pair_alphas, project
-from mobilegs.render.sortfree import SURFACE_ALPHA, surface_limits
 from mobilegs.spherical_harmonics import C0
 
 SORTED = ("means", "quats", "scales", "opacities", "sh")
@@ -121,15 +123,23 @@ def near_threshold(
             )
             unsure = (low > 0) != (high > 0)
             unsure |= (high > 0) & (low_level != high_level)
-            if settings.weighting.name == "two_pass":
-                unsure |= (low >= SURFACE_ALPHA) != (high >= SURFACE_ALPHA)
-                limits = surface_limits(high, part.depths)
-                unsure |= (high > 0) & ((part.depths / limits - 1).abs() < 1e-6)
             doubtful |= unsure.any(1).reshape(sizes[level])
         if level < LEVELS - 1:
             found = enlarge(found, sizes[level], to_image=level == 0)
         found = ((found > 0) | doubtful[..., None]).double()
     return found[..., 0] > 0
+
+
+def hold_visibility(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Keep the visibility of the next image for all later ones: no gradient flows through it."""
+    visibility, held = sortfree.visibility, []
+
+    def once(*given: Any) -> Tensor:
+        if not held:
+            held.append(visibility(*given))
+        return held[0]
+
+    monkeypatch.setattr(sortfree, "visibility", once)
 
 
 def gradcheck_scene(

@@ -254,12 +254,12 @@ def test_scenes_that_the_viewer_does_not_support_are_refused(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     (tmp_path / "broken.mgs").write_bytes(encode_mgs(make_scene(Case(20)))[:100])
-    twice = replace(make_scene(Case(20)), weighting=Weighting("two_pass"))
-    (tmp_path / "two_pass.mgs").write_bytes(encode_mgs(twice))
+    twice = replace(make_scene(Case(20)), weighting=Weighting("depth_pass"))
+    (tmp_path / "depth_pass.mgs").write_bytes(encode_mgs(twice))
     (tmp_path / "photo.jpg").write_bytes(b"x")
     for name, to, sentence in (
-        ("two_pass.mgs", "html", "two_pass"),
-        ("two_pass.mgs", "site", "two_pass"),
+        ("depth_pass.mgs", "html", "depth_pass"),
+        ("depth_pass.mgs", "site", "depth_pass"),
         ("broken.mgs", "html", "broken.mgs"),
         ("photo.jpg", "site", "not a scene"),
         ("gone.mgs", "html", "gone.mgs"),

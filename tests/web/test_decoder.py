@@ -107,7 +107,7 @@ def test_foreign_files_are_recognised(tmp_path: Path) -> None:
 
 
 def test_an_unsupported_weighting_is_refused_by_name(tmp_path: Path) -> None:
-    data = encode_mgs(replace(make_scene(Case(20)), weighting=Weighting("two_pass")))
-    assert decode_mgs(data).weighting.name == "two_pass"
+    data = encode_mgs(replace(make_scene(Case(20)), weighting=Weighting("depth_pass")))
+    assert decode_mgs(data).weighting.name == "depth_pass"
     (sentence,) = refusals(tmp_path, [data])
-    assert sentence is not None and "has the weighting 'two_pass': known are" in sentence
+    assert sentence is not None and "has the weighting 'depth_pass': known are" in sentence

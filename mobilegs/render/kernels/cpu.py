@@ -75,7 +75,7 @@ class CpuRaster(torch.autograd.Function):
             sums = torch.empty(padded[0] * padded[1] * (4 + depth))
             run = native.mgs_sorted_forward
         else:
-            sums = torch.empty(view.pixels * (5 + depth + view.two_pass + (view.levels > 1)))
+            sums = torch.empty(view.pixels * (5 + depth + 3 * view.depth_pass + (view.levels > 1)))
             run = native.mgs_sortfree_forward
         outputs = [address(t) for t in (splats, radii, sums, image, alpha, depths)]
         read = [*inputs, more and more.values]

@@ -24,6 +24,7 @@ from torch import Tensor
 from mobilegs.atomic import atomic_write
 from mobilegs.errors import InputError
 from mobilegs.render.contributions import Contributions, count_wins
+from mobilegs.render.depth_pass import PASS_LEVEL
 from mobilegs.render.kernels.kernel_view import SPLAT_BYTES, KernelView, validate_inputs
 from mobilegs.render.kernels.list_lengths import (
     ROOM_MAX,
@@ -32,6 +33,7 @@ from mobilegs.render.kernels.list_lengths import (
     ListLengths,
     room_for,
 )
+from mobilegs.render.levels import level_sizes
 
 SOURCES = (
     "cuda.cu",
@@ -387,7 +389,25 @@ def _suffixed(name: str, depth: bool) -> str:
 
 
 def _sortfree(view: KernelView, suffix: str) -> str:
-    return f"mgs_two_pass_{suffix}" if view.two_pass else f"mgs_sortfree_{suffix}"
+    return f"mgs_depth_pass_{suffix}" if view.depth_pass else f"mgs_sortfree_{suffix}"
+
+
+def _depth_moments(kernels: Kernels, view: KernelView, splats: Tensor) -> Tensor:
+    """Return the picture of the depth pass (`render/depth_pass.py`), `[3, h, w]`."""
+    height, width = level_sizes(view.height, view.width)[PASS_LEVEL]
+    small = KernelView.from_buffer_copy(view)
+    small.height, small.width, small.level_sigma = height, width, 0.0
+    count = len(splats)
+    touched = splats.new_empty(count, dtype=torch.int32)
+    groups = splats.new_empty(_blocks(count), dtype=torch.int32)
+    coarse = torch.empty_like(splats)
+    arguments = [small, ctypes.c_int(count), *map(_pointer, (splats, coarse, touched, groups))]
+    kernels.launch("mgs_depth_splats", _blocks(count), THREADS, *arguments)
+    lists = _Lists(kernels, small, _Projected(coarse, touched, touched, groups, None))
+    moments = splats.new_empty(3, height, width, dtype=torch.float32)
+    arguments = [small, _pointer(coarse), lists.pointers, _pointer(moments)]
+    kernels.launch("mgs_depth_moments", _tiles(small), THREADS, *arguments)
+    return moments
 
 
 class CudaRaster(torch.autograd.Function):
@@ -401,7 +421,7 @@ class CudaRaster(torch.autograd.Function):
         inputs = [None if t is None else t.detach().contiguous() for t in inputs]
         image, alpha = means.new_empty(*shape, 3), means.new_empty(shape)
         depths = means.new_empty(shape) if depth else None
-        planes = (4 if lobes is None else 5) + depth + view.two_pass + (view.levels > 1)
+        planes = (4 if lobes is None else 5) + depth + 3 * view.depth_pass + (view.levels > 1)
         sums = means.new_empty(planes, view.pixels)
         with kernels.current():
             read = [*inputs, more and more.values]
@@ -410,10 +430,9 @@ class CudaRaster(torch.autograd.Function):
             name = "mgs_sorted_forward" if lobes is None else _sortfree(view, "forward")
             common = [view, _pointer(splats), lists.pointers]
             arguments = [*common, _pointers(sums, image, alpha, depths)]
-            if view.two_pass:
-                limits = _pointer(sums[-1])
-                kernels.launch("mgs_surfaces", _tiles(view), THREADS, *common, limits)
-                arguments.append(limits)
+            if view.depth_pass:
+                moments = _depth_moments(kernels, view, splats)
+                arguments.append(_pointer(moments))
             kernels.launch(_suffixed(name, depth), _tiles(view), THREADS, *arguments)
             if view.levels > 1:
                 arguments = [view, _pointers(sums, image, alpha, depths)]
@@ -454,7 +473,7 @@ def _gather_sortfree(
     colors, others = sums.new_empty(view.pixels, 4), sums.new_empty(view.pixels, 2)
     carried = sums.new_empty(view.height * view.width) if view.levels > 1 else None
     totals = sums.new_empty(len(splats), SUMS)
-    pixel_grads = _pointers(colors, others, carried, sums[-1] if view.two_pass else None)
+    pixel_grads = _pointers(colors, others, carried, sums[-3] if view.depth_pass else None)
     arguments = [view, _pointer(sums), out_grads, pixel_grads]
     name = _suffixed("mgs_sortfree_pixels", ctx.depth)
     kernels.launch(name, _blocks(view.height * view.width), THREADS, *arguments)

@@ -49,9 +49,9 @@ class KernelView(ctypes.Structure):
     ]
 
     @property
-    def two_pass(self) -> bool:
-        """True for the weighting `two_pass`, which keeps each pixel's surface as one more sum."""
-        return WEIGHTINGS[self.weighting] == "two_pass"
+    def depth_pass(self) -> bool:
+        """True for the weighting `depth_pass`, which keeps three more numbers of each pixel."""
+        return WEIGHTINGS[self.weighting] == "depth_pass"
 
     @property
     def levels(self) -> int:

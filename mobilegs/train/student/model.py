@@ -115,7 +115,7 @@ class StudentModel:
         self.step_sizes = step_sizes
         self.blend = blend
         self.footprint = footprint
-        self.level_sigma = 0.0 if weighting.name == "two_pass" else level_sigma
+        self.level_sigma = level_sigma
         self.weighting = weighting
         self.network: ViewNetwork | None = None
         self.lobe_decoder: LobeDecoder | None = None
