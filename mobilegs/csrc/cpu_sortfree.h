@@ -5,6 +5,7 @@
 // the next finer one.
 #pragma once
 #include "cpu_common.h"
+#include "depth_pass.h"
 
 namespace {
 

@@ -11,6 +11,14 @@
 #include "cuda_student.h"
 #include "cuda_terms.h"
 
+// Returns the number of tiles that a splat touches. Without any, between pixels, its box becomes empty.
+MGS_FN int count_tiles(const View& view, Splat& s) {
+  int count = 0;
+  if (visible(s)) for_tile_rows(s, grid_of(view, s.level), [&](int, int tiles) { count += tiles; });
+  if (count == 0) s.x0 = s.x1 = s.y0 = s.y1 = 0;
+  return count;
+}
+
 // One thread per Gaussian. Writes the number of tiles that it touches, the sum of each block, and for
 // sorted blending numbers with the order of the depths: those of invisible Gaussians come last.
 KERNEL(THREADS, 4)
@@ -24,8 +32,7 @@ mgs_project(PARAM View view, int n, PARAM Inputs in, Splat* splats, float* radii
                          in.opacities + i, in.sh + sh_floats(view) * i,
                          more_of(view, in.sh, in.more, i), in.lobes + 2 * view.lobe_size * i, found);
     Splat s = pack(found);
-    if (shown) for_tile_rows(s, grid_of(view, s.level), [&](int, int tiles) { count += tiles; });
-    if (count == 0) s.x0 = s.x1 = s.y0 = s.y1 = 0;  // the ellipse lies between pixels
+    count = count_tiles(view, s);
     splats[i] = s;
     radii[i] = shown ? radius_of(found) : 0.0f;
     touched[i] = count;
@@ -44,8 +51,7 @@ mgs_depth_splats(PARAM View pass, int n, const Splat* splats, Splat* coarse, int
   if (i < n) {
     Splat s = splats[i];
     if (visible(s)) s = depth_splat(pass, s);
-    if (visible(s)) for_tile_rows(s, grid_of(pass, 0), [&](int, int tiles) { count += tiles; });
-    if (count == 0) s.x0 = s.x1 = s.y0 = s.y1 = 0;
+    count = count_tiles(pass, s);
     coarse[i] = s;
     touched[i] = count;
   }

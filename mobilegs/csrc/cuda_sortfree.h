@@ -4,6 +4,7 @@
 // all targets; each target is then enlarged and added to the next finer one.
 #pragma once
 #include "cuda_common.h"
+#include "depth_pass.h"
 
 namespace {
 

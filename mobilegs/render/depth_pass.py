@@ -6,7 +6,7 @@ then thought of as one fog, even between `mu - 1.25 s` and `mu + 1.25 s`: what l
 seen, what lies behind it is hidden by all of it, and between them the light falls exponentially.
 All three are sums, so that the Gaussians may come in any order. The idea is that of moment-based
 order-independent transparency (Muenstermann et al. 2018). This module is the reference. The same
-formulas: `coarse_splat` and `visibility` in csrc/core.h.
+formulas: `depth_splat` and `visibility` in csrc/depth_pass.h.
 """
 
 import torch

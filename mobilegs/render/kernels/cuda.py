@@ -45,6 +45,7 @@ SOURCES = (
     "cuda_sortfree.h",
     "cuda_student.h",
     "cuda_terms.h",
+    "depth_pass.h",
     "student.h",
     "group.h",
     "pairs.h",
