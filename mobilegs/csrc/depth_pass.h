@@ -8,6 +8,7 @@
 #define DEPTH_FLOOR 0.02f
 #define DEPTH_SLOPE 0.4f
 #define ALPHAS_MIN 1e-6f
+#define ALPHAS_MAX 16.0f
 
 // The picture of the depth pass (render/depth_pass.py) as an image of its own, of one level.
 MGS_FN View depth_view(const View& view) {
@@ -43,7 +44,7 @@ MGS_FN Splat depth_splat(const View& pass, const Splat& s) {
   return out;
 }
 
-// Parameters of the visibility at a pixel: exp2(density clamp(first + slope ln z, 0, 1)).
+// Parameters of the visibility at a pixel: exp2(density clamp(first + slope ln z, -1/2, 1/2)).
 template <class V>
 struct Fog {
   V density, first, slope;
@@ -55,7 +56,7 @@ MGS_FN Fog<V> fog_of(V total, V first, V second) {
   V inverse = 1.0f / max_of(total, of<V>(ALPHAS_MIN)), mean = first * inverse;
   V variance = max_of(second * inverse - mean * mean, of<V>(0));
   V slope = DEPTH_SLOPE / (sqrt_of(variance) + DEPTH_FLOOR);
-  return {-LOG2_E * total, 0.5f - slope * mean, slope};
+  return {-LOG2_E * min_of(total, of<V>(ALPHAS_MAX)), -slope * mean, slope};
 }
 
 // The place of a target's pixel in the picture, along an axis of `count` pixels: the pixel before it
@@ -87,6 +88,6 @@ MGS_FN Fog<float> fog_of_pixel(const Grid& picture, const float* moments, int le
 
 template <class V>
 MGS_FN V visibility(const Fog<V>& fog, float log_z) {
-  return exp2_of(fog.density * clamp(fog.first + fog.slope * log_z, fog.density * 0.0f,
-                                     fog.density * 0.0f + 1.0f));
+  const V half = fog.density * 0.0f + 0.5f;
+  return exp2_of(fog.density * clamp(fog.first + fog.slope * log_z, -half, half));
 }

@@ -20,6 +20,7 @@ from mobilegs.evaluate.metrics import (
     psnr,
     ssim,
 )
+from mobilegs.render.levels import usual_level_sigma
 from mobilegs.render.scene import Scene
 from mobilegs.render.supersampling import supersampling_for
 
@@ -136,7 +137,8 @@ def evaluate_side_by_side(
 ) -> dict[str, SceneMetrics]:
     """Render the held-back views of every scene and compare them with the photos.
 
-    Renders are rounded to 8 bits, and masked pixels do not count. The result has the metrics of
+    Scenes are drawn as viewers draw them: sort-free ones with `usual_level_sigma`. Renders are
+    rounded to 8 bits, and masked pixels do not count. The result has the metrics of
     each scene by its name. The scenes share the LPIPS features of the photos. Photos smaller than
     those of the `training_views` are compared with larger renders, averaged (`supersampling_for`).
     `progress` is called with the number of views done and in total.
@@ -176,7 +178,9 @@ def evaluate_view(
         device = scene.gaussians.means.device
         target = view.image.to(device)
         mask = None if view.mask is None else view.mask.to(device) > 0.5
-        drawn = scene.render(view.camera.to(device), supersampling=supersampling)
+        level_sigma = usual_level_sigma(soft_edge=scene.footprint.soft_edge)
+        options = {"level_sigma": level_sigma, "supersampling": supersampling}
+        drawn = scene.render(view.camera.to(device), **options)
         image = displayed_colors(drawn.image)
         if mask is not None:  # masked pixels equal the photo, also inside SSIM's windows
             image = torch.where(mask[..., None], image, target)

@@ -64,15 +64,18 @@ def write_container(header: dict[str, Any], streams: list[Stream], *, major: int
     text += b" " * (-(PREFIX.size + len(text)) % 8)
     if len(text) > HEADER_MAX:
         raise InputError(f"the header has {len(text)} bytes: shorten the scene's notes")
-    minor = MINOR[major] + (_minor_increment(header) if major < 4 else 0)
+    minor = MINOR[major] + _minor_increment(header, major)
     head = PREFIX.pack(MAGIC, major, minor, len(text), 0)
     head = PREFIX.pack(MAGIC, major, minor, len(text), _checksum(head, text))
     padded = (bytes(stream.data) + bytes(-len(stream.data) % 8) for stream in streams)
     return b"".join([head, text, *padded])
 
 
-def _minor_increment(header: dict[str, Any]) -> int:
+def _minor_increment(header: dict[str, Any], major: int) -> int:
     """Return the increment of the minor version by the features that a header uses."""
+    depth_pass = header["weighting"]["name"] == "depth_pass"
+    if depth_pass or major == 4:
+        return int(depth_pass) if major == 4 else 5
     books = header.get("codebooks", {})
     joint = "scale" in books and (books["scale"]["count"] == 1 or books["rotation"]["count"] == 1)
     by_direction = header["network"] or header["lobes"] is not None

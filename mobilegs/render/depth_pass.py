@@ -1,4 +1,4 @@
-"""The depth pass: the share of a Gaussian's light that reaches a pixel, without an order of depth.
+"""The depth pass: how visible a Gaussian is at a pixel, without an order of depth.
 
 A picture of a quarter of the image's size holds, at each of its pixels, the sum of the alphas of
 all Gaussians and their first two moments in the logarithm of depth. The Gaussians of a pixel are
@@ -6,7 +6,7 @@ then thought of as one fog, even between `mu - 1.25 s` and `mu + 1.25 s`: what l
 seen, what lies behind it is hidden by all of it, and between them the light falls exponentially.
 All three are sums, so that the Gaussians may come in any order. The idea is that of moment-based
 order-independent transparency (Muenstermann et al. 2018). This module is the reference. The same
-formulas: `depth_splat` and `visibility` in csrc/depth_pass.h.
+formulas: `depth_splat` and `visibility` in csrc/depth_pass.h, splat.wgsl and splat.glsl.
 """
 
 import torch
@@ -21,6 +21,7 @@ PASS_BLUR = 2.25  # px^2 of the image, added to both variances: its pixels are 4
 DEPTH_FLOOR = 0.02  # added to the standard deviation of the logarithm of depth
 DEPTH_SLOPE = 0.4  # of the share of the fog that lies before a depth, per standard deviation
 ALPHAS_MIN = 1e-6  # a sum of alphas below hides nothing
+ALPHAS_MAX = 16.0  # a sum of alphas above counts as this, which float16 holds
 
 
 @torch.no_grad()
@@ -53,11 +54,13 @@ def visibility(
     level: int,
     size: tuple[int, int],
 ) -> Float[Tensor, "pixels n"]:
-    """Return the share, in (0, 1], of light from depth `z` that reaches each pixel of a target.
+    """Return the factor of weights at depth z, in [exp(-8), exp(8)], at each pixel of a target.
 
-    `exp(-b clamp(1/2 + 0.4 (ln z - mu) / (s + 0.02), 0, 1))`, with b the sum of alphas at the
-    pixel, mu the mean and s the standard deviation of the logarithm of their depths. Moments are
-    interpolated bilinearly. `size` is that of the target of `level`. No gradient.
+    `exp(-min(b, 16) clamp(0.4 (ln z - mu) / (s + 0.02), -1/2, 1/2))`, with b the sum of alphas at
+    the pixel, mu the mean and s the standard deviation of the logarithm of their depths. It is the
+    share of light that the fog lets through, over the share that half of it does: a factor that all
+    Gaussians of a pixel have cancels in the image, but levels add up sums of different pixels.
+    Moments are interpolated bilinearly. `size` is that of the target of `level`. No gradient.
     """
     ratio, border = 2.0 ** (level - PASS_LEVEL), 1 if level else 0
     # centre of a pixel of the target, in pixels of the moments, whose centres are integers
@@ -77,5 +80,5 @@ def visibility(
     mean = first / safe
     deviation = (second / safe - mean * mean).clamp_min(0).sqrt()
     u = torch.log(torch.where(depths > 0, depths, 1.0))
-    hidden = (0.5 + DEPTH_SLOPE * (u - mean) / (deviation + DEPTH_FLOOR)).clamp(0, 1)
-    return torch.exp(-total * hidden)
+    hidden = (DEPTH_SLOPE * (u - mean) / (deviation + DEPTH_FLOOR)).clamp(-0.5, 0.5)
+    return torch.exp(-total.clamp_max(ALPHAS_MAX) * hidden)

@@ -57,8 +57,6 @@ def posters_of(
         scene = replace(scene, notes=notes)
     if not len(scene.gaussians):
         raise InputError(f"{path} has no Gaussians: there is nothing to show")
-    if scene.weighting.name == "depth_pass":
-        raise InputError(f"{path} has the weighting 'depth_pass', which no viewer renders")
     pose = first_pose(scene, views, up, size=SIZE)
     camera = camera_of(pose, views[0] if views else None, *SIZE, scene.near)
     preview = _render(scene, camera, views)

@@ -135,6 +135,11 @@ class Program:
         project: the pipeline of the next pass.
         splat: the pipeline that adds or blends Gaussians at full size.
         splat_levels: the pipeline that adds Gaussians, each in its level; not if sorted.
+        moments: the texture format of the picture of a depth pass: float32 where the GPU blends and
+            filters that, as variances cancel in float16.
+        depths: the pipeline that adds Gaussians to that picture; not if sorted.
+        splat_seen: the pipelines that add Gaussians by their visibility in it, at full size (False)
+            and each in its level (True); not if sorted.
         enlarge: the pipelines that add the coarser levels to levels 1 and 2; not if sorted.
     """
 
@@ -151,12 +156,13 @@ class Program:
         wanted = {"timestamp-query"} if full_precision else {"timestamp-query", "shader-f16"}
         features = wanted & set(gpu.features)
         self.number = "f16" if "shader-f16" in features else "f32"
-        if full_precision:
-            if not FLOAT32_FEATURES <= set(gpu.features):
-                raise InputError(
-                    f"{self.gpu} cannot blend and filter 32-bit floats, which full_precision needs"
-                )
-            features |= FLOAT32_FEATURES
+        blends_floats = set(gpu.features) >= FLOAT32_FEATURES
+        if full_precision and not blends_floats:
+            raise InputError(
+                f"{self.gpu} cannot blend and filter 32-bit floats, which full_precision needs"
+            )
+        features |= FLOAT32_FEATURES & set(gpu.features)
+        self.moments = "rgba32float" if blends_floats else "rgba16float"
         limits = ("max-buffer-size", "max-storage-buffer-binding-size")
         try:
             self.device = gpu.request_device_sync(
@@ -200,9 +206,22 @@ class Program:
         function = {"module": module, "entry_point": entry_point}
         return self.device.create_compute_pipeline(layout="auto", compute=function)
 
-    def _splat_of(self, vertex: str, fragment: str) -> Any:
+    def _splat_of(self, vertex: str, fragment: str, *, leveled: bool = True) -> Any:
         targets = [{"format": name, "blend": self._blend} for name in self.formats]
-        return self._render_pipeline(self._splat_code, vertex, fragment, targets)
+        return self._render_pipeline(
+            self._splat_code, vertex, fragment, targets, vertex_constants={"LEVELED": float(leveled)}
+        )
+
+    @cached_property
+    def depths(self) -> Any:
+        blend = {"color": self._blend["color"], "alpha": self._blend["color"]}
+        targets = [{"format": self.moments, "blend": blend}]
+        return self._render_pipeline(self._splat_code, "corner_of_pass", "add_depth", targets)
+
+    @cached_property
+    def splat_seen(self) -> dict[bool, Any]:
+        entries = ("corner_seen", "add_seen")
+        return {leveled: self._splat_of(*entries, leveled=leveled) for leveled in (False, True)}
 
     def _enlarge_of(self, level: int) -> Any:
         targets = [{"format": name} for name in self.formats]
@@ -213,12 +232,23 @@ class Program:
         return self._render_pipeline(code, "whole_picture", fragment, targets, **options)
 
     def _render_pipeline(
-        self, module: Any, vertex: str, fragment: str, targets: list[dict], **options: Any
+        self,
+        module: Any,
+        vertex: str,
+        fragment: str,
+        targets: list[dict],
+        *,
+        vertex_constants: dict[str, float] | None = None,
+        **options: Any,
     ) -> Any:
         function = {"module": module, "entry_point": fragment, "targets": targets, **options}
         return self.device.create_render_pipeline(
             layout="auto",
-            vertex={"module": module, "entry_point": vertex},
+            vertex={
+                "module": module,
+                "entry_point": vertex,
+                "constants": vertex_constants or {},
+            },
             primitive={"topology": "triangle-list"},
             fragment=function,
         )

@@ -1,7 +1,8 @@
 """Render a scene by WebGPU, with the web viewer's shaders.
 
 A frame has three passes: project (compute, per Gaussian), splat (blended quads, in any order for a
-sort-free scene, all levels in one texture) and resolve (per pixel). The weight w is computed in
+sort-free scene, all levels in one texture; after the depth pass, if there is one) and resolve (per
+pixel). The weight w is computed in
 project.wgsl, alpha in splat.wgsl, the image in resolve.wgsl; the reference is mobilegs/render.
 Before them, network.wgsl evaluates the paper's network in scenes that have one.
 """
@@ -21,6 +22,7 @@ from mobilegs.camera import Camera, look_at
 from mobilegs.errors import InputError
 from mobilegs.evaluate.metrics import psnr
 from mobilegs.gaussians import Gaussians
+from mobilegs.render.depth_pass import PASS_LEVEL
 from mobilegs.render.inputs import RenderSettings, validate_settings
 from mobilegs.render.levels import level_places, level_sizes
 from mobilegs.render.lobes import constant_lobes
@@ -104,6 +106,15 @@ def _sample() -> tuple[Gaussians, Camera]:
     return gaussians, Camera(viewmat, K, 64, 48)
 
 
+class _Sums(NamedTuple):
+    """Textures of one size."""
+
+    size: tuple[int, int]  # height and width of the image
+    views: list[list[Any]]  # of all levels, then of levels 1 and 2 with the coarser ones added
+    moments: Any  # the picture of the depth pass, or None
+    to_splat: Any  # the pipeline that reads it with its resources, or None
+
+
 class WgpuRenderer:
     """A scene in the memory of a GPU.
 
@@ -130,22 +141,17 @@ class WgpuRenderer:
         `wgpu_device.gpus()`; by default the first one that can render.
 
         Raises InputError without a GPU, if none can render (with `full_precision`: blend and filter
-        32-bit floats) or its memory does not hold the scene, for the weighting `depth_pass`,
-        which shaders lack, and for a `level_sigma` that `render_sortfree` refuses.
-        `render` and `render_into` raise it if the GPU fails or is lost.
+        32-bit floats) or its memory does not hold the scene, and for a `level_sigma` that
+        `render_sortfree` refuses. `render` and `render_into` raise it if the GPU fails or is lost.
         """
-        if scene.weighting.name == "depth_pass":
-            raise InputError(
-                "shaders do not render the weighting 'depth_pass': use --renderer kernels, or "
-                "Scene.render"
-            )
         settings = RenderSettings(scene.weighting, scene.footprint.drawn(scene.blend), level_sigma)
         validate_settings(settings, sortfree=scene.blend != "sorted")
         self.scene = scene
         self.level_sigma = 0.0 if scene.blend == "sorted" else level_sigma
         kind = (scene.blend == "sorted", full_precision)
         self.program = program_of(usable_gpu(*kind) if gpu is None else gpu, *kind)
-        self._sums: tuple[tuple[int, int], list[list[Any]]] | None = None
+        self._depth_pass = scene.blend != "sorted" and scene.weighting.name == "depth_pass"
+        self._sums: _Sums | None = None
         with translated_errors(self.program.gpu):
             self._upload(*_rows(scene))
 
@@ -212,8 +218,8 @@ class WgpuRenderer:
             if self._network:
                 self._compute(encoder, "network", self._network, GROUP_GAUSSIANS)
             self._compute(encoder, "project", self._to_project, BATCH)
-            self._splat(encoder, sums[0], leveled=leveled)
-            self._resolve(encoder, sums, target, target_format)
+            self._splat(encoder, sums, leveled=leveled)
+            self._resolve(encoder, sums.views, target, target_format)
             with translated_abort(self.program.gpu):
                 queue.submit([encoder.finish()])
 
@@ -269,10 +275,14 @@ class WgpuRenderer:
         read = {0: self._view, 1: scene[0], 4: looks, 5: self._order}
         if not self.program.sorted:
             read[6] = self._drawn
-        self._to_splat = {False: (self.program.splat, self._bind(self.program.splat, read))}
-        if self.level_sigma:
-            leveled = self.program.splat_levels
-            self._to_splat[True] = (leveled, self._bind(leveled, read))
+        self._read = read
+        if self._depth_pass:
+            self._to_depths = self._bind(self.program.depths, read)
+        else:
+            self._to_splat = {False: (self.program.splat, self._bind(self.program.splat, read))}
+            if self.level_sigma:
+                leveled = self.program.splat_levels
+                self._to_splat[True] = (leveled, self._bind(leveled, read))
         self._network = None
         if inputs is not None and self.scene.network is not None:
             number = np.float16 if self.program.number == "f16" else np.float32
@@ -305,30 +315,30 @@ class WgpuRenderer:
         most = self.program.device.limits["max-texture-dimension-2d"]
         return bool(self.level_sigma) and max(level_places(camera.height, camera.width)[1]) <= most
 
-    def _sums_of(self, camera: Camera) -> list[list[Any]]:
-        """Return views of the textures of the sums; they are created for each new size.
-
-        With levels, those of all, then of levels 1 and 2 with the coarser ones added.
-        """
-        import wgpu
-
+    def _sums_of(self, camera: Camera) -> "_Sums":
+        """Return the textures of the sums; they are created for each new size."""
         size = camera.height, camera.width
-        if self._sums is None or self._sums[0] != size:
+        if self._sums is None or self._sums.size != size:
             sizes = [size]
             if self._is_leveled(camera):
                 sizes = [level_places(*size)[1], *level_sizes(*size)[1:3]]
-            usage = wgpu.TextureUsage.RENDER_ATTACHMENT | wgpu.TextureUsage.TEXTURE_BINDING
-            views = [
-                [
-                    self.program.device.create_texture(
-                        size=(columns, rows, 1), format=name, usage=usage
-                    ).create_view()
-                    for name in self.program.formats
-                ]
-                for rows, columns in sizes
-            ]
-            self._sums = size, views
-        return self._sums[1]
+            views = [[self._texture(s, name) for name in self.program.formats] for s in sizes]
+            moments = to_splat = None
+            if self._depth_pass:
+                moments = self._texture(level_sizes(*size)[PASS_LEVEL], self.program.moments)
+                others = {2: moments, 3: self.program.bilinear}
+                pipeline = self.program.splat_seen[self._is_leveled(camera)]
+                to_splat = (pipeline, self._bind(pipeline, self._read, others))
+            self._sums = _Sums(size, views, moments, to_splat)
+        return self._sums
+
+    def _texture(self, size: tuple[int, int], name: str) -> Any:
+        import wgpu
+
+        usage = wgpu.TextureUsage.RENDER_ATTACHMENT | wgpu.TextureUsage.TEXTURE_BINDING
+        device, (height, width) = self.program.device, size
+        texture = device.create_texture(size=(width, height, 1), format=name, usage=usage)
+        return texture.create_view()
 
     def _packed(self, camera: Camera, supersampling: int) -> bytes:
         viewmat, k = camera.viewmat.double().cpu(), camera.K.double().cpu()
@@ -361,25 +371,33 @@ class WgpuRenderer:
         work.dispatch_workgroups(across, -(-groups // across))
         work.end()
 
-    def _splat(self, encoder: Any, sums: list[Any], *, leveled: bool) -> None:
+    def _splat(self, encoder: Any, sums: "_Sums", *, leveled: bool) -> None:
         # sort-free: T = 1 in the alpha channel; sorted: alpha = 0
-        clear = [(0, 0, 0, 0 if self.program.sorted else 1), (0, 0, 0, 0)]
-        work = encoder.begin_render_pass(
-            color_attachments=[
-                {"view": view, "load_op": "clear", "store_op": "store", "clear_value": color}
-                for view, color in zip(sums, clear, strict=False)
-            ],
-            timestamp_writes=self.program.stamps("splat"),
-        )
-        pipeline, resources = self._to_splat[leveled]
-        work.set_pipeline(pipeline)
-        work.set_bind_group(0, resources)
-        work.set_index_buffer(self._corners, "uint16")
-        if self.program.sorted:
-            work.draw_indexed(6 * BATCH, -(-self.count // BATCH))
+        nothing = (0, 0, 0, 0)
+        clear = [nothing if self.program.sorted else (0, 0, 0, 1), nothing]
+        passes = []
+        if self._depth_pass:
+            passes.append((self.program.depths, self._to_depths, [sums.moments], [nothing]))
+            passes.append((*sums.to_splat, sums.views[0], clear))
         else:
-            work.draw_indexed_indirect(self._drawn, 0)
-        work.end()
+            passes.append((*self._to_splat[leveled], sums.views[0], clear))
+        for number, (pipeline, resources, written, colors) in enumerate(passes):
+            last = number == len(passes) - 1
+            work = encoder.begin_render_pass(
+                color_attachments=[
+                    {"view": view, "load_op": "clear", "store_op": "store", "clear_value": color}
+                    for view, color in zip(written, colors, strict=False)
+                ],
+                timestamp_writes=self.program.stamps("splat", begin=number == 0, end=last),
+            )
+            work.set_pipeline(pipeline)
+            work.set_bind_group(0, resources)
+            work.set_index_buffer(self._corners, "uint16")
+            if self.program.sorted:
+                work.draw_indexed(6 * BATCH, -(-self.count // BATCH))
+            else:
+                work.draw_indexed_indirect(self._drawn, 0)
+            work.end()
 
     def _resolve(
         self, encoder: Any, sums: list[list[Any]], target: Any, target_format: str

@@ -13,6 +13,7 @@ from mobilegs.mgs.codec import decode_mgs, encode_mgs, inspect
 from mobilegs.mgs.container import read_container
 from mobilegs.render.lobes import constant_lobes, evaluate_lobes
 from mobilegs.render.scene import Scene
+from mobilegs.render.sortfree import WEIGHTINGS
 from tests.support.node import decoded, refusals
 
 FOLDER = Path(__file__).parent / "conformance"
@@ -119,10 +120,10 @@ def test_the_files_cover_every_codec_version_and_mode() -> None:
     codecs = {row["codec"] for report in reports for row in report["streams"]}
     assert codecs == {"raw", "halves", "planes", "morton-class", "bits", "rans"}
     versions = {report["version"] for report in reports}
-    minor = {2: range(1, 6), 3: range(5), 4: range(1)}
+    minor = {2: range(1, 7), 3: range(6), 4: range(2)}
     assert versions == {f"{major}.{each}" for major in minor for each in minor[major]}
     weightings = {decode_mgs(data).weighting.name for data in FILES.values()}
-    assert weightings == {"mobile_gs", "no_depth", "no_scale", "sort_free_gs"}  # what viewers show
+    assert weightings == set(WEIGHTINGS)
     assert {contexts_of(data) for data in FILES.values()} == {1, 49}
     assert {(report["mode"], report["blend"]) for report in reports} >= {
         *(("nvq", "sortfree"), ("sq", "sortfree"), ("sq", "sorted"))

@@ -67,7 +67,7 @@ DETACHED = {
     for name, (render, options) in RENDERERS.items()
     if name in ("mobile_gs", "sort_free_gs")
 }
-SHADER_RENDERERS = [name for name in RENDERERS if "depth_pass" not in name]
+SHADER_RENDERERS = list(RENDERERS)
 
 
 def input_names(renderer: str) -> tuple[str, ...]:

@@ -12,7 +12,9 @@ import torch
 from torch.nn.functional import normalize
 
 from mobilegs.camera import Camera
+from mobilegs.render.depth_pass import PASS_BLUR, PASS_LEVEL, visibility
 from mobilegs.render.layers import Layer
+from mobilegs.render.levels import at_level, level_sizes
 from mobilegs.render.lobes import evaluate_lobes
 from mobilegs.render.project import (
     Projected,
@@ -106,6 +108,10 @@ def sums_of(scenes: list[Placed], camera: Camera, limits: torch.Tensor | float =
         projected = project(g.means, g.quats, g.scales, opacities, g.sh, **options)
         weights = scene.weighting.weights(projected.depths, g.scales.amax(1), phi)
         planes = depth_planes(scene, view, projected)
+        moments = None
+        if scene.weighting.name == "depth_pass":
+            near = limits / placed.scale
+            moments = moments_before(near, projected, opacities, planes, scene)
         middle, reach = projected.means2d[:, 1], projected.radii[:, 1] + 1
         for first in range(0, camera.height, BAND):
             band = slice(first, min(first + BAND, camera.height))
@@ -118,14 +124,46 @@ def sums_of(scenes: list[Placed], camera: Camera, limits: torch.Tensor | float =
             alphas = pair_alphas(part, opacities[rows], size, alpha_min, soft_edge=edge)
             limit = limits[band].reshape(-1, 1) / placed.scale
             alphas = alphas * shares_before(limit, part, planes[rows], size)
+            lit = alphas * weights[rows]
+            if moments is not None:
+                seen = visibility(moments, part.depths, 0, tuple(limits.shape))
+                lit = lit * seen.reshape(*limits.shape, -1)[band].flatten(0, 1)
             proximity = (placed.scale * part.depths).rsqrt()
             parts = torch.stack([proximity, proximity**2, torch.ones_like(proximity)], 1)
-            added = (alphas * weights[rows]) @ torch.cat([part.colors, parts], 1)
+            added = lit @ torch.cat([part.colors, parts], 1)
             sums[band] += added.reshape(*size, 6)
             passed[band] += torch.log1p(-alphas).sum(1).reshape(*size, 1)
     proximity, square, weight = sums[..., 3:].unbind(2)
     covered = scenes[0].opacity * (1 - passed.exp()[..., 0])
     return Sums(sums[..., :3], proximity, square, weight, 1 - covered)
+
+
+def moments_before(
+    limits: torch.Tensor,
+    projected: Projected,
+    opacities: torch.Tensor,
+    planes: torch.Tensor,
+    scene: Scene,
+) -> torch.Tensor:
+    """Return the picture of the depth pass in front of `limits`, in units of the scene."""
+    rows, alpha_min = projected.visible.nonzero()[:, 0], scene.weighting.alpha_min
+    part = Projected(*(column[rows] for column in projected))
+    height, width = level_sizes(*limits.shape)[PASS_LEVEL]
+    options = {"size": (height, width), "alpha_min": alpha_min}
+    every = torch.ones_like(part.visible)
+    coarse, faded = at_level(part, opacities[rows], PASS_LEVEL, every, spread=-PASS_BLUR, **options)
+    soft_edge = scene.footprint.soft_edge
+    alphas = pair_alphas(coarse, faded, (height, width), alpha_min, soft_edge=soft_edge)
+    # any pixel of a block will do
+    places = [
+        (2**PASS_LEVEL * (torch.arange(count) - 1)).clamp(0, most - 1)
+        for count, most in zip((height, width), limits.shape, strict=True)
+    ]
+    limit = limits[places[0]][:, places[1]].reshape(-1, 1)
+    sloped = planes[rows] * torch.tensor([2.0**PASS_LEVEL, 2.0**PASS_LEVEL, 1.0])
+    alphas = alphas * shares_before(limit, coarse, sloped, (height, width))
+    u = coarse.depths.log()
+    return (alphas @ torch.stack([torch.ones_like(u), u, u * u], 1)).reshape(height, width, 3)
 
 
 def depth_planes(scene: Scene, view: Camera, projected: Projected) -> torch.Tensor:

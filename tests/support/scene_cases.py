@@ -10,6 +10,7 @@ from mobilegs.mgs.positions import PositionGrid
 from mobilegs.mgs.quantized_scene import QuantizedScene
 from mobilegs.render import Footprint, Weighting
 from mobilegs.render.project import ALPHA_MIN, CLASSIC
+from mobilegs.render.sortfree import WeightingName
 from mobilegs.render.view_network import ViewNetwork
 from mobilegs.representation.appearance import ColorShape, color_decoder
 from mobilegs.representation.codebooks import CUTS, JOINT_CUTS, Attribute, SubVectorCodebooks
@@ -41,6 +42,7 @@ class Case:
     joint: bool = False
     """One codebook for the three scales, and one for the quaternion."""
     footprint: Footprint = CLASSIC
+    weighting: WeightingName = "no_depth"
 
 
 CASES = {
@@ -74,6 +76,7 @@ CASES = {
         300, LobeShape(1, 2), steps=StepSizes(), colors="latent_networks", layers=(40, 260)
     ),
     "antialiased": Case(70, LobeShape(1, 2), footprint=Footprint(0.1, antialiased=True)),
+    "depth pass": Case(50, LobeShape(2, 6), weighting="depth_pass"),
     "soft edges, layers": Case(
         90, steps=StepSizes(), layers=(30, 60), footprint=Footprint(soft_edge=True)
     ),
@@ -141,7 +144,7 @@ def make_scene(case: Case, seed: int = 0) -> QuantizedScene:
         coded,
         lod_sizes=case.layers,
         weighting=Weighting(
-            "no_depth",
+            case.weighting,
             exponent_max=6.5,
             sigma=0.1,
             background_weight=1.5,

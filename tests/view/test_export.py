@@ -22,7 +22,6 @@ from mobilegs.cli.main import main
 from mobilegs.evaluate.metrics import to_bytes
 from mobilegs.formats.ply import write_ply
 from mobilegs.mgs.codec import encode_mgs, read_mgs
-from mobilegs.render import Weighting
 from mobilegs.render.supersampling import supersampling_for
 from mobilegs.representation.lobes import LobeShape
 from mobilegs.scene_file import open_with_views
@@ -254,12 +253,8 @@ def test_scenes_that_the_viewer_does_not_support_are_refused(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     (tmp_path / "broken.mgs").write_bytes(encode_mgs(make_scene(Case(20)))[:100])
-    twice = replace(make_scene(Case(20)), weighting=Weighting("depth_pass"))
-    (tmp_path / "depth_pass.mgs").write_bytes(encode_mgs(twice))
     (tmp_path / "photo.jpg").write_bytes(b"x")
     for name, to, sentence in (
-        ("depth_pass.mgs", "html", "depth_pass"),
-        ("depth_pass.mgs", "site", "depth_pass"),
         ("broken.mgs", "html", "broken.mgs"),
         ("photo.jpg", "site", "not a scene"),
         ("gone.mgs", "html", "gone.mgs"),

@@ -75,8 +75,6 @@ def test_settings_that_no_renderer_has_are_refused() -> None:
     scene = as_scene(as_float32(BASE), "mobile_gs")
     with pytest.raises(InputError, match="level_sigma must be 0 or lie"):
         WgpuRenderer(scene, level_sigma=0.5)
-    with pytest.raises(InputError, match="depth_pass"):
-        WgpuRenderer(as_scene(as_float32(BASE), "depth_pass"))
     renderer = WgpuRenderer(scene)
     for width in (0, 100_000):
         with pytest.raises(InputError, match="each side"):

@@ -11,8 +11,8 @@ from torch.nn.functional import normalize
 
 from mobilegs.errors import InputError
 from mobilegs.mgs.codec import decode_mgs, encode_mgs
+from mobilegs.mgs.container import read_container, write_container
 from mobilegs.mgs.quantized_scene import QuantizedScene
-from mobilegs.render import Weighting
 from mobilegs.render.lobes import constant_lobes
 from tests.support.mgs_parts import Piece, parse_parts
 from tests.support.node import assert_close, assert_same_refusals, decoded, refusals
@@ -107,7 +107,11 @@ def test_foreign_files_are_recognised(tmp_path: Path) -> None:
 
 
 def test_an_unsupported_weighting_is_refused_by_name(tmp_path: Path) -> None:
-    data = encode_mgs(replace(make_scene(Case(20)), weighting=Weighting("depth_pass")))
-    assert decode_mgs(data).weighting.name == "depth_pass"
+    header, streams = read_container(encode_mgs(make_scene(Case(20))))
+    header["weighting"]["name"] = "two_pass"
+    data = write_container(header, list(streams.values()), major=2)
     (sentence,) = refusals(tmp_path, [data])
-    assert sentence is not None and "has the weighting 'depth_pass': known are" in sentence
+    assert sentence is not None and "has the weighting 'two_pass': known are" in sentence
+    with pytest.raises(InputError) as error:
+        decode_mgs(data)
+    assert sentence == str(error.value)

@@ -10,7 +10,7 @@ import torch
 from mobilegs.camera import Camera
 from mobilegs.evaluate.metrics import psnr
 from mobilegs.formats.ply import write_ply
-from mobilegs.mgs.codec import encode_mgs, read_mgs
+from mobilegs.mgs.codec import decode_mgs, encode_mgs, read_mgs
 from mobilegs.render.layers import composite
 from mobilegs.render.project import rotation_matrices
 from mobilegs.render.scene import Scene
@@ -43,6 +43,13 @@ window.ball = ball;
 @cache
 def trained() -> Scene:
     return read_mgs(TRAINED).decode()
+
+
+@cache
+def with_pass() -> bytes:
+    """The file of that scene, drawn with a depth pass."""
+    coded = read_mgs(TRAINED)
+    return encode_mgs(replace(coded, weighting=replace(coded.weighting, name="depth_pass")))
 
 
 @cache
@@ -130,6 +137,20 @@ def test_opaque_meshes_hide_gaussians_behind_them(kind: str, pages: Pages) -> No
 
 
 @pytest.mark.parametrize("kind", KINDS)
+def test_a_depth_pass_sees_what_opaque_meshes_leave(kind: str, pages: Pages) -> None:
+    scene = decode_mgs(with_pass()).decode()
+    cut = sums_of([Placed(scene, torch.eye(4))], view(), limits())
+    expected = cut.over(limits().isfinite()[..., None] * BLUE)
+    assert psnr(expected, with_ball()) < 30
+    page = pages(kind)
+    page.share("pass.mgs", with_pass())
+    for sigma in (0, None):
+        load = "window.mesh?.dispose(); window.mesh = await three.load('/arrays/pass.mgs', more);"
+        page.tab.run(load, more={"levelSigma": sigma})
+        alike(page.picture(view(), BALL, **ball()), expected, 45, f"levels {sigma}")
+
+
+@pytest.mark.parametrize("kind", KINDS)
 @pytest.mark.parametrize(
     "options", [{"reversedDepthBuffer": True}, {"logarithmicDepthBuffer": True}]
 )
@@ -152,9 +173,13 @@ def test_several_scenes_are_layers(
     const second = await load(url, { levelSigma: sigma, matrixAutoUpdate: false, opacity: 0.8 });
     second.matrix.set(...matrix);
     """
-    given = {"url": "/arrays/trained.mgs", "matrix": matrix.flatten().tolist(), "sigma": sigma}
+    # levels change a small picture with a depth pass that no training has seen
+    file = with_pass() if sigma == 0 else TRAINED.read_bytes()
+    url = page.share("second.mgs", file)
+    given = {"url": url, "matrix": matrix.flatten().tolist(), "sigma": sigma}
     found = page.picture(view(), code, **given)
-    both = [Placed(trained(), torch.eye(4)), Placed(trained(), matrix, 0.8)]
+    second = decode_mgs(file).decode()
+    both = [Placed(trained(), torch.eye(4)), Placed(second, matrix, 0.8)]
     expected, _ = composite([sums_of([one], view()).layer for one in both])
     assert psnr(expected, alone().over(torch.zeros(3))) < 25
     assert psnr(expected, sums_of(both, view()).over(torch.zeros(3))) < 30

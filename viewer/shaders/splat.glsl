@@ -1,5 +1,7 @@
 // Draws each Gaussian as the quad around the ellipse where alpha is at least alpha_min, as splat.wgsl
 // does. In the targets the picture's first row is row 0, so that gl_FragCoord counts as it does.
+// Of weighting 4, DEPTH_PASS draws the picture of the depth pass, and VISIBLE is what follows: depth_moments and
+// visibility in mobilegs/render/depth_pass.py, with the same constants.
 #ifdef VERTEX
 
 #ifdef SORTED
@@ -9,7 +11,7 @@ uniform usampler2D order;  // far ones first
 flat out vec4 axes;    // offsets in pixels to standard deviations
 flat out vec4 color;   // w: weight
 flat out vec4 center;  // z: opacity, w: compensation
-#ifdef LEVELED
+#if defined(LEVELED) && !defined(DEPTH_PASS)
 flat out vec4 region;  // first pixel and end of its level's target
 #endif
 #ifdef MOMENTS
@@ -19,13 +21,20 @@ flat out float proximity;
 flat out vec4 depths;  // at the centre, its slope per pixel, and its standard deviation beside the slope
 flat out int coarseness;  // level
 #endif
+#ifdef DEPTH_PASS
+flat out float log_depth;
+const float PASS_BLUR = 2.25;
+#endif
+#ifdef VISIBLE
+flat out vec4 seen;  // from pixels of the target to those of the picture: a factor z, then xy more; w: log_depth
+#endif
 
 void main() {
   gl_Position = vec4(2.0, 2.0, 2.0, 1.0);  // nowhere
   axes = vec4(0.0);
   color = vec4(0.0);
   center = vec4(0.0);
-#ifdef LEVELED
+#if defined(LEVELED) && !defined(DEPTH_PASS)
   region = vec4(0.0);
 #endif
 #ifdef MOMENTS
@@ -34,6 +43,12 @@ void main() {
 #ifdef MESHES
   depths = vec4(0.0);
   coarseness = 0;
+#endif
+#ifdef DEPTH_PASS
+  log_depth = 0.0;
+#endif
+#ifdef VISIBLE
+  seen = vec4(0.0);
 #endif
 #ifdef STRIPS
   int i = gl_InstanceID;
@@ -57,7 +72,19 @@ void main() {
   depths = depths_of(e);
   nearest_depth = nearest_of(e);
 #endif
-#ifdef LEVELED
+#ifdef DEPTH_PASS
+  log_depth = log(e.depth / size.z);
+  Ellipse coarse = shrunk(e, 2, -PASS_BLUR);
+  opacity *= fading(e, coarse, 2);
+  if (!(opacity > scale_bits.z)) { return; }
+  e = coarse;
+  target = regions[2].zw - regions[2].xy;
+#ifdef MESHES
+  depths.yz *= 4.0;
+  coarseness = 2;
+  nearest_depth = whole.z;  // no depth is compared
+#endif
+#elif defined(LEVELED)
   int level = level_of(e, look.weight / weight_scale);
 #ifdef MESHES
   if (level > 0 && partly_hidden(e, opacity, level)) { level = 0; }
@@ -70,8 +97,17 @@ void main() {
     e = coarse;
   }
   region = regions[level];
+#ifdef VISIBLE
+  seen.z = 0.25 * float(1 << level);
+  seen.xy = 1.0 - seen.z * (region.xy + vec2(level > 0));
+#endif
   e.center += region.xy;
   target = whole.xy;
+#elif defined(VISIBLE)
+  seen.xyz = vec3(1.0, 1.0, 0.25);
+#endif
+#ifdef VISIBLE
+  seen.w = log(e.depth / size.z);
 #endif
 
   // eigenvalues, the smaller one from the determinant; the sum that is the larger one does not cancel
@@ -100,7 +136,7 @@ void main() {
 flat in vec4 axes;
 flat in vec4 color;
 flat in vec4 center;
-#ifdef LEVELED
+#if defined(LEVELED) && !defined(DEPTH_PASS)
 flat in vec4 region;
 #endif
 #ifdef MOMENTS
@@ -110,9 +146,28 @@ flat in float proximity;
 flat in vec4 depths;
 flat in int coarseness;
 #endif
+#ifdef DEPTH_PASS
+flat in float log_depth;
+#endif
+#ifdef VISIBLE
+flat in vec4 seen;
+uniform sampler2D moments;  // of alpha: the picture of the depth pass
+const float DEPTH_FLOOR = 0.02;
+const float DEPTH_SLOPE = 0.4;
+const float ALPHAS_MIN = 1e-6;
+const float ALPHAS_MAX = 16.0;
+
+// The factor of the Gaussian's weight at the pixel.
+float visibility() {
+  vec3 found = textureLod(moments, (gl_FragCoord.xy * seen.z + seen.xy) / vec2(textureSize(moments, 0)), 0.0).rgb;
+  vec2 mean = found.gb / max(found.r, ALPHAS_MIN);
+  float deviation = sqrt(max(mean.y - mean.x * mean.x, 0.0));
+  return exp(-min(found.r, ALPHAS_MAX) * clamp(DEPTH_SLOPE * (seen.w - mean.x) / (deviation + DEPTH_FLOOR), -0.5, 0.5));
+}
+#endif
 
 layout(location = 0) out vec4 color_out;  // sort-free: sum of c a w; a becomes the product of 1 - a
-#ifndef SORTED
+#if !defined(SORTED) && !defined(DEPTH_PASS)
 layout(location = 1) out vec4 weight_out;  // sum of a w; with MOMENTS also times the proximity and its square
 #endif
 
@@ -123,21 +178,26 @@ void main() {
   float alpha = center.z * exp(-0.5 * dot(q, q));
   float edge = float(soft_edge) * scale_bits.z;
   alpha = alpha >= scale_bits.z ? min(center.w * (alpha - edge), ALPHA_MAX) : 0.0;
-#ifdef LEVELED
+#if defined(LEVELED) && !defined(DEPTH_PASS)
   // not into the target of another level
   if (any(lessThan(gl_FragCoord.xy, region.xy)) || any(greaterThan(gl_FragCoord.xy, region.zw))) { alpha = 0.0; }
 #endif
 #ifdef MESHES
-#ifdef LEVELED
+#if defined(LEVELED) && !defined(DEPTH_PASS)
   alpha *= share_in_front(depths, d, ivec2(gl_FragCoord.xy - region.xy), coarseness);
 #else
-  alpha *= share_in_front(depths, d, ivec2(gl_FragCoord.xy), 0);
+  alpha *= share_in_front(depths, d, ivec2(gl_FragCoord.xy), coarseness);
 #endif
 #endif
 #ifdef SORTED
   color_out = vec4(color.rgb * alpha, alpha);
+#elif defined(DEPTH_PASS)
+  color_out = alpha * vec4(1.0, log_depth, log_depth * log_depth, 0.0);
 #else
   float weighted = alpha * color.w;
+#ifdef VISIBLE
+  weighted *= visibility();
+#endif
   color_out = vec4(color.rgb * weighted, alpha);
 #ifdef MOMENTS
   weight_out = weighted * vec4(1.0, proximity, proximity * proximity, 0.0);

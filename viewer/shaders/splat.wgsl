@@ -1,6 +1,7 @@
 // Draws each Gaussian as the quad around the ellipse where alpha is at least alpha_min. Sort-free, both
 // targets share one blend state: colours add up, alpha multiplies by one minus itself.
 override STRIPS = false;  // an instance a quad; or a batch of quads: which is faster depends
+override LEVELED = true;  // whether the target of corner_seen has all levels
 
 @group(0) @binding(4) var<storage, read> looks: array<StoredLook>;
 @group(0) @binding(5) var<storage, read> order: array<u32>;  // sorted: far ones first; or the list of visible ones
@@ -29,6 +30,22 @@ struct LevelCorner {
   @location(1) @interpolate(flat) color: vec4f,
   @location(2) @interpolate(flat) center: vec4f,
   @location(3) @interpolate(flat) region: vec4f,  // first pixel and end of its level's target
+}
+
+struct PassCorner {  // of the picture of the depth pass
+  @builtin(position) position: vec4f,
+  @location(0) @interpolate(flat) axes: vec4f,
+  @location(1) @interpolate(flat) center: vec4f,
+  @location(2) @interpolate(flat) log_depth: f32,
+}
+
+struct SeenCorner {  // of a scene with that picture
+  @builtin(position) position: vec4f,
+  @location(0) @interpolate(flat) axes: vec4f,
+  @location(1) @interpolate(flat) color: vec4f,
+  @location(2) @interpolate(flat) center: vec4f,
+  @location(3) @interpolate(flat) region: vec4f,
+  @location(4) @interpolate(flat) seen: vec4f,  // from pixels of the target to those of the picture: a factor z, then xy more; w: log_depth
 }
 
 const NOWHERE = vec4f(2.0, 2.0, 2.0, 1.0);
@@ -86,6 +103,56 @@ fn level_corner(vertex: u32, place: u32, full: Ellipse, size: vec2f) -> LevelCor
   out.color = corner.color;
   out.center = corner.center;
   return out;
+}
+
+// In the picture of the depth pass (weighting 4): depth_moments in mobilegs/render/depth_pass.py.
+@vertex
+fn corner_of_pass(@builtin(vertex_index) vertex: u32, @builtin(instance_index) instance: u32) -> PassCorner {
+  let place = place_in(vertex, instance);
+  if (place >= listed.count) {
+    var none: PassCorner;
+    none.position = NOWHERE;
+    return none;
+  }
+  return pass_corner(vertex, place, listed_ellipse(place));
+}
+
+fn pass_corner(vertex: u32, place: u32, full: Ellipse) -> PassCorner {
+  var out: PassCorner;
+  out.position = NOWHERE;
+  let look = stored(looks[place]);
+  let coarse = shrunk(full, 2u, -PASS_BLUR);
+  let opacity = look.opacity * fading(full, coarse, 2u);
+  if (!(opacity > view.alpha_min)) { return out; }
+  let corner = corner_of(vertex, look, opacity, coarse, view.regions[2].zw - view.regions[2].xy);
+  out.position = corner.position;
+  out.axes = corner.axes;
+  out.center = corner.center;
+  out.log_depth = log(full.depth / view.sigma);
+  return out;
+}
+
+// As corner_of_level, or corner_sortfree, with the place in that picture.
+@vertex
+fn corner_seen(@builtin(vertex_index) vertex: u32, @builtin(instance_index) instance: u32) -> SeenCorner {
+  var out: SeenCorner;
+  out.position = NOWHERE;
+  let place = place_in(vertex, instance);
+  if (place >= listed.count) { return out; }
+  let ellipse = listed_ellipse(place);
+  let corner = level_corner(vertex, place, ellipse, select(view.size, view.whole, LEVELED));
+  out.position = corner.position;
+  out.axes = corner.axes;
+  out.color = corner.color;
+  out.center = corner.center;
+  out.region = corner.region;
+  out.seen = seen_of(order[place] >> LEVEL_SHIFT, ellipse.depth);
+  return out;
+}
+
+fn seen_of(level: u32, depth: f32) -> vec4f {
+  let factor = 0.25 * f32(1u << level);
+  return vec4f(1.0 - factor * (view.regions[level].xy + f32(min(level, 1u))), factor, log(depth / view.sigma));
 }
 
 fn place_in(vertex: u32, instance: u32) -> u32 {
@@ -149,6 +216,42 @@ fn add_weighted(corner: Corner) -> Sums {
 @fragment
 fn add_to_level(corner: LevelCorner) -> Sums {
   return sums_of(alpha_in(corner.region, corner.position.xy, corner.axes, corner.center), corner.color);
+}
+
+const PASS_BLUR = 2.25;
+const DEPTH_FLOOR = 0.02;
+const DEPTH_SLOPE = 0.4;
+const ALPHAS_MIN = 1e-6;
+const ALPHAS_MAX = 16.0;
+
+@fragment
+fn add_depth(corner: PassCorner) -> @location(0) vec4f {
+  return depth_of(alpha_at(corner.position.xy, corner.axes, corner.center), corner.log_depth);
+}
+
+fn depth_of(alpha: f32, u: f32) -> vec4f { return alpha * vec4f(1.0, u, u * u, 0.0); }
+
+@group(0) @binding(2) var moments: texture_2d<f32>;  // of alpha: the picture of the depth pass
+@group(0) @binding(3) var bilinear: sampler;
+
+// The factor of a Gaussian's weight at the pixel. Same formula: visibility in mobilegs/render/depth_pass.py and
+// csrc/depth_pass.h (CPU and CUDA), splat.glsl.
+fn visibility(position: vec2f, seen: vec4f) -> f32 {
+  let place = (position * seen.z + seen.xy) / vec2f(textureDimensions(moments));
+  let found = textureSampleLevel(moments, bilinear, place, 0.0).rgb;
+  let mean = found.gb / max(found.r, ALPHAS_MIN);
+  let deviation = sqrt(max(mean.y - mean.x * mean.x, 0.0));
+  return exp(-min(found.r, ALPHAS_MAX) * clamp(DEPTH_SLOPE * (seen.w - mean.x) / (deviation + DEPTH_FLOOR), -0.5, 0.5));
+}
+
+@fragment
+fn add_seen(corner: SeenCorner) -> Sums {
+  let alpha = alpha_in(corner.region, corner.position.xy, corner.axes, corner.center);
+  return sums_of(alpha, dimmed(corner.color, corner.position.xy, corner.seen));
+}
+
+fn dimmed(color: vec4f, position: vec2f, seen: vec4f) -> vec4f {
+  return vec4f(color.rgb, color.w * visibility(position, seen));
 }
 
 fn sums_of(alpha: f32, color: vec4f) -> Sums {

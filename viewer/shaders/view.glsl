@@ -13,7 +13,7 @@ layout(std140) uniform View {
   vec4 lens;        // focal lengths, then the centre from the picture's corner, pixels
   vec4 limits;      // range of x/z and y/z at which the projection is linearised
   vec4 background;  // w: exponent_max
-  vec4 size;        // pixels; z: sigma, w: background_weight
+  vec4 size;        // pixels; z: sigma (of weighting 4: a depth whose logarithm counts as 0), w: background_weight
   float weight_scale;  // a power of two that keeps sums of weights within halves
   int count;           // Gaussians
   int sh_size;         // coefficients per colour: 1, 4, 9 or 16
@@ -92,6 +92,24 @@ Ellipse ellipse_of(Shape shape) {
   return e;
 }
 
+// The ellipse in the pixels of a level's target, with `spread` px^2 of the image less in both variances: at_level
+// in mobilegs/render/levels.py.
+Ellipse shrunk(Ellipse e, int level, float spread) {
+  Ellipse coarse = e;
+  float side = float(1 << level);
+  coarse.center = e.center / side + 1.0;
+  coarse.determinant = e.determinant - spread * (e.variance.x + e.variance.y) + spread * spread;
+  coarse.determinant /= side * side * side * side;
+  coarse.variance = (e.variance - spread) / (side * side);
+  coarse.covariance = e.covariance / (side * side);
+  return coarse;
+}
+
+// The factor of the opacity of a Gaussian whose ellipse is drawn as that one.
+float fading(Ellipse e, Ellipse coarse, int level) {
+  return sqrt(e.determinant / coarse.determinant) / float(1 << (2 * level));
+}
+
 #ifdef LEVELED
 
 const float WEIGHT_UNIT = 10.0;
@@ -107,24 +125,8 @@ int level_of(Ellipse e, float w) {
   return int(share >= 4.0) + int(share >= 16.0) + int(share >= 64.0);
 }
 
-// The ellipse of a Gaussian in the pixels of a level's target, less what enlarging adds: at_level in
-// mobilegs/render/levels.py, to_level in view.wgsl.
-Ellipse to_level(Ellipse e, int level) {
-  Ellipse coarse = e;
-  float side = float(1 << level);
-  float spread = 0.25 * (side * side - 1.0);
-  coarse.center = e.center / side + 1.0;
-  coarse.determinant = e.determinant - spread * (e.variance.x + e.variance.y) + spread * spread;
-  coarse.determinant /= side * side * side * side;
-  coarse.variance = (e.variance - spread) / (side * side);
-  coarse.covariance = e.covariance / (side * side);
-  return coarse;
-}
-
-// The factor of the opacity of a Gaussian whose ellipse is drawn as that of a coarser level.
-float fading(Ellipse e, Ellipse coarse, int level) {
-  return sqrt(e.determinant / coarse.determinant) / float(1 << (2 * level));
-}
+// The ellipse of a Gaussian in a level's target, less what enlarging adds; to_level in view.wgsl.
+Ellipse to_level(Ellipse e, int level) { return shrunk(e, level, 0.25 * (float(1 << (2 * level)) - 1.0)); }
 
 #endif
 

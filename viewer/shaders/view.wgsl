@@ -11,7 +11,7 @@ struct View {
   background: vec3f,
   exponent_max: f32,
   size: vec2f,  // pixels
-  sigma: f32,
+  sigma: f32,  // of weighting 3; of 4, a depth whose logarithm counts as 0
   background_weight: f32,
   weight_scale: f32,  // a power of two that keeps sums of weights within halves
   count: u32,         // Gaussians
@@ -106,12 +106,16 @@ fn level_of(ellipse: Ellipse, w: f32) -> u32 {
   return u32(share >= 4.0) + u32(share >= 16.0) + u32(share >= 64.0);
 }
 
-// The ellipse in the pixels of a level's target, less what enlarging adds: at_level in
-// mobilegs/render/levels.py, to_level in csrc/core.h.
+// The ellipse in the pixels of a level's target, less what enlarging adds: to_level in csrc/core.h.
 fn to_level(ellipse: Ellipse, level: u32) -> Ellipse {
+  return shrunk(ellipse, level, 0.25 * (f32(1u << (2u * level)) - 1.0));
+}
+
+// The ellipse in the pixels of a level's target, with `spread` px^2 of the image less in both variances: at_level in
+// mobilegs/render/levels.py.
+fn shrunk(ellipse: Ellipse, level: u32, spread: f32) -> Ellipse {
   var out = ellipse;
   let side = f32(1u << level);
-  let spread = 0.25 * (side * side - 1.0);
   out.center = ellipse.center / side + 1.0;
   out.determinant = ellipse.determinant - spread * (ellipse.variance.x + ellipse.variance.y) + spread * spread;
   out.determinant /= side * side * side * side;
@@ -120,7 +124,7 @@ fn to_level(ellipse: Ellipse, level: u32) -> Ellipse {
   return out;
 }
 
-// The factor of the opacity of a Gaussian whose ellipse is drawn as that of a coarser level.
+// The factor of the opacity of a Gaussian whose ellipse is drawn as that one.
 fn fading(ellipse: Ellipse, coarse: Ellipse, level: u32) -> f32 {
   return sqrt(ellipse.determinant / coarse.determinant) / f32(1u << (2u * level));
 }

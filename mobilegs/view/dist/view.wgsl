@@ -88,9 +88,11 @@ let share = ellipse.determinant / (larger * needed);
 return u32(share >= 4.0) + u32(share >= 16.0) + u32(share >= 64.0);
 }
 fn to_level(ellipse: Ellipse, level: u32) -> Ellipse {
+return shrunk(ellipse, level, 0.25 * (f32(1u << (2u * level)) - 1.0));
+}
+fn shrunk(ellipse: Ellipse, level: u32, spread: f32) -> Ellipse {
 var out = ellipse;
 let side = f32(1u << level);
-let spread = 0.25 * (side * side - 1.0);
 out.center = ellipse.center / side + 1.0;
 out.determinant = ellipse.determinant - spread * (ellipse.variance.x + ellipse.variance.y) + spread * spread;
 out.determinant /= side * side * side * side;

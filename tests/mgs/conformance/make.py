@@ -3,7 +3,7 @@
     python -m tests.mgs.conformance.make
 
 Run it in the root of the repository. A new version of the format adds files to `FILES`; existing
-files are not changed. This file at commit d6b2d39 has their scenes.
+files are not changed. This file at commit d6b2d39 has the scenes of those before.
 """
 
 import json
@@ -16,14 +16,29 @@ import torch
 from mobilegs.camera import Camera
 from mobilegs.mgs.codec import decode_mgs, encode_mgs
 from mobilegs.mgs.quantized_scene import QuantizedScene
+from mobilegs.render import Footprint
 from mobilegs.render.lobes import constant_lobes, evaluate_lobes
 from mobilegs.render.scene import Scene
+from mobilegs.representation.lobes import LobeShape
+from mobilegs.representation.uniform_quantizer import StepSizes
 from tests.support.scene_cases import Case, make_scene
 
 HERE = Path(__file__).parent
 ROWS = 12  # rows of each file that are listed
 # scenes of files to add, by name; a name that ends in `picture` lists pixels, too
-FILES: dict[str, Case] = {}
+FILES: dict[str, Case] = {
+    "nvq_depth_pass_picture": Case(60, LobeShape(2, 6), weighting="depth_pass"),
+    "sq_depth_pass_layers": Case(
+        50, LobeShape(1, 2), steps=StepSizes(), layers=(20, 30), weighting="depth_pass"
+    ),
+    "sq_depth_pass_footprint_picture": Case(
+        60,
+        LobeShape(2, 6),
+        steps=StepSizes(),
+        footprint=Footprint(0.1, antialiased=True, soft_edge=True),
+        weighting="depth_pass",
+    ),
+}
 DIRECTIONS = [[1.0, 0.0, 0.0], [0.0, -1.0, 0.0], [0.0, 0.0, 1.0], [0.48, -0.6, 0.64]]
 PIXELS = [[16, 12], [12, 9], [19, 14], [15, 16], [10, 13], [22, 11], [0, 0]]  # x, y
 

@@ -74,7 +74,7 @@ const WORLD_MIN = 1e-20;
 const WORLD_MAX = 1e20;
 // control characters and unpaired surrogates
 const UNSHOWN = /[\x00-\x1f\x7f-\x9f\p{Cs}]/u;
-const WEIGHTINGS = ["mobile_gs", "no_depth", "no_scale", "sort_free_gs"];
+const WEIGHTINGS = ["mobile_gs", "no_depth", "no_scale", "sort_free_gs", "depth_pass"];
 /** @type {[Attribute, [count: number, length: number][]][]} the cuts that an attribute can have */
 const CUTS = [
   ["scale", [[3, 1], [1, 3]]],

@@ -3,6 +3,7 @@
 /** @typedef {import("../mgs/header.js").Footprint} Footprint */
 
 export const LEVELS = 4; // as in view.wgsl and view.glsl
+export const PASS_LEVEL = 2; // the picture of the depth pass has the size of this level's target
 
 /**
  * The `levelSigma` that a scene is drawn with; `usual_level_sigma` in mobilegs/render/levels.py. Without a

@@ -28,7 +28,7 @@ import { INPUT_WORDS, networkMatrices } from "./view_network.js";
 /** @typedef {Record<Part, Words>} PackedRows */
 
 const { fround } = Math;
-const WEIGHTINGS = ["mobile_gs", "no_depth", "no_scale", "sort_free_gs"];
+const WEIGHTINGS = ["mobile_gs", "no_depth", "no_scale", "sort_free_gs", "depth_pass"];
 // an opacity logit that no lobe can make visible
 export const INVISIBLE = toFloat16(-1e4);
 // quantization levels of the standard deviations

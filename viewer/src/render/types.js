@@ -47,9 +47,10 @@ import { INPUT_WORDS } from "./view_network.js";
  * The weight of a Gaussian, as in `render/sortfree.py`.
  *
  * @typedef {object} Weighting
- * @property {number} index of the formula: 0 mobile_gs, 1 no_depth, 2 no_scale, 3 sort_free_gs
+ * @property {number} index of the formula: 0 mobile_gs, 1 no_depth, 2 no_scale, 3 sort_free_gs, 4 depth_pass
  * @property {number} exponentMax ceiling of the exponent
- * @property {number} sigma depth from which on the weight of sort_free_gs is 0, world units
+ * @property {number} sigma depth from which on the weight of sort_free_gs is 0, world units; with depth_pass, a depth near
+ *     which its picture is most exact
  * @property {number} backgroundWeight of the background in the mean
  * @property {number} [alphaMin] contributions below are dropped; sorted scenes have no other than 1/255
  */
@@ -83,6 +84,9 @@ export function strides({ packing, shSize, lobeSize, network }) {
   if (packing) return { shapes: 4, colors: 4, lobes: network ? INPUT_WORDS : (lobeSize + 2) >> 1 };
   return { shapes: 12, colors: 3 * shSize, lobes: 2 * lobeSize };
 }
+
+/** Whether a scene is drawn with a depth pass. @param {Pick<SceneData, "sorted" | "weighting">} scene */
+export const hasDepthPass = ({ sorted, weighting }) => !sorted && weighting.index === 4;
 
 /** The logit of the mean opacity, from the first packed word of the lobes. @param {number} word */
 export function meanLogit(word) {

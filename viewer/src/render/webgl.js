@@ -2,12 +2,12 @@
  * The WebGL2 renderer, for browsers without WebGPU. It renders the same image.
  *
  * A frame has three passes, as in WebGPU: project (one pixel per Gaussian, into textures), splat (blended
- * quads, in any order for a sort-free scene), resolve.
+ * quads, in any order for a sort-free scene; with the depth pass, if there is one), resolve.
  */
 
-import { LEVELS, levelPlaces, levelSizes } from "./levels.js";
+import { LEVELS, PASS_LEVEL, levelPlaces, levelSizes } from "./levels.js";
 import { BATCH } from "./quads.js";
-import { strides, variantsOf } from "./types.js";
+import { hasDepthPass, strides, variantsOf } from "./types.js";
 import { FLOAT16_SCALE, magnified, viewUniforms } from "./view_uniforms.js";
 import { FrameTimer } from "./webgl_timer.js";
 import { WebGlDots } from "./webgl_dots.js";
@@ -331,7 +331,7 @@ export class WebGlRenderer {
   /** Free all resources; the renderer cannot be used afterwards. */
   destroy() {
     const gl = this.#gl;
-    const { view, corners, quads, looks, sums, enlarged, programs, counters, textures } = this.#fixed;
+    const { view, corners, quads, looks, depths, sums, enlarged, programs, counters, textures } = this.#fixed;
     this.#scene = null;
     this.#dots?.destroy();
     gl.canvas.removeEventListener("webglcontextlost", this.#onLost);
@@ -341,7 +341,7 @@ export class WebGlRenderer {
       for (const program of Object.values(passes).flat()) gl.deleteProgram(program);
     }
     for (const program of counters.values()) gl.deleteProgram(program);
-    for (const framebuffer of [looks, sums, ...enlarged]) gl.deleteFramebuffer(framebuffer);
+    for (const framebuffer of [looks, depths, sums, ...enlarged]) gl.deleteFramebuffer(framebuffer);
     gl.deleteVertexArray(quads);
     for (const buffer of [view, corners]) gl.deleteBuffer(buffer);
     // browsers limit the contexts of a page and drop the oldest one
@@ -365,10 +365,10 @@ export class WebGlRenderer {
     const gl = this.#gl;
     const pictured = camera.width * camera.height;
     camera = magnified(camera, this.supersampling);
-    const { view, quads, looks, sums } = this.#fixed;
+    const { view, quads, looks, depths, sums } = this.#fixed;
     const leveled = this.#leveled(scene, camera);
     const programs = this.#programs(scene, leveled);
-    const [sumsWidth, sumsHeight] = this.#resize(scene.sorted, leveled, camera);
+    const [sumsWidth, sumsHeight] = this.#resize(scene, leveled, camera);
     gl.bindBuffer(gl.UNIFORM_BUFFER, view);
     this.#last = { leveled, pixels: pictured };
     const scale = this.variant.floats ? 1 : FLOAT16_SCALE;
@@ -385,11 +385,20 @@ export class WebGlRenderer {
     this.#timer.pass("project");
     gl.drawArrays(gl.TRIANGLES, 0, 3);
 
+    gl.enable(gl.BLEND);
+    this.#timer.pass("splat");
+    for (const program of programs.depths) {
+      const [across, down] = levelSizes(camera.width, camera.height)[PASS_LEVEL];
+      gl.bindFramebuffer(gl.FRAMEBUFFER, depths);
+      gl.viewport(0, 0, across, down);
+      gl.clearBufferfv(gl.COLOR, 0, [0, 0, 0, 0]);
+      gl.blendFunc(gl.ONE, gl.ONE);
+      gl.useProgram(program);
+      this.#quads(scene.count);
+    }
     gl.bindFramebuffer(gl.FRAMEBUFFER, sums);
     gl.viewport(0, 0, sumsWidth, sumsHeight);
-    gl.enable(gl.BLEND);
     gl.useProgram(programs.splat);
-    this.#timer.pass("splat");
     if (scene.sorted) {
       gl.drawBuffers([gl.COLOR_ATTACHMENT0]);
       gl.clearBufferfv(gl.COLOR, 0, [0, 0, 0, 0]);
@@ -400,12 +409,14 @@ export class WebGlRenderer {
       gl.clearBufferfv(gl.COLOR, 1, [0, 0, 0, 0]);
       gl.blendFuncSeparate(gl.ONE, gl.ONE, gl.ZERO, gl.ONE_MINUS_SRC_ALPHA);
     }
-    if (this.variant.strips) {
-      gl.drawArraysInstanced(gl.TRIANGLE_STRIP, 0, 4, scene.count);
-    } else {
-      const batches = Math.ceil(scene.count / BATCH);
-      gl.drawElementsInstanced(gl.TRIANGLES, 6 * BATCH, gl.UNSIGNED_SHORT, 0, batches);
-    }
+    this.#quads(scene.count);
+  }
+
+  /** Draw the quads of all Gaussians. @param {number} count */
+  #quads(count) {
+    const gl = this.#gl;
+    if (this.variant.strips) gl.drawArraysInstanced(gl.TRIANGLE_STRIP, 0, 4, count);
+    else gl.drawElementsInstanced(gl.TRIANGLES, 6 * BATCH, gl.UNSIGNED_SHORT, 0, Math.ceil(count / BATCH));
   }
 
   /**
@@ -459,15 +470,16 @@ export class WebGlRenderer {
   /**
    * Allocate the textures of the sums when size or format change.
    *
-   * @param {boolean} sorted
+   * @param {SceneData} scene
    * @param {boolean} leveled
    * @param {Camera} camera
    * @returns {number[]} width and height of the textures
    */
-  #resize(sorted, leveled, { width, height }) {
+  #resize(scene, leveled, { width, height }) {
     const { floats } = this.variant;
+    const { sorted } = scene;
     const size = leveled ? levelPlaces(width, height).size : [width, height];
-    const key = `${width} ${height} ${sorted} ${leveled} ${floats}`;
+    const key = `${width} ${height} ${sorted} ${leveled} ${floats} ${hasDepthPass(scene)}`;
     if (key === this.#sums) return size;
     const gl = this.#gl;
     const most = gl.getParameter(gl.MAX_TEXTURE_SIZE);
@@ -478,8 +490,9 @@ export class WebGlRenderer {
       );
     }
     const formats = floats ? [gl.RGBA32F, gl.R32F] : [gl.RGBA16F, gl.R16F];
-    const { sums, enlarged, textures } = this.#fixed;
+    const { depths, sums, enlarged, textures } = this.#fixed;
     const sizes = levelSizes(width, height);
+    if (hasDepthPass(scene)) textures.makeMoments(depths, sizes[PASS_LEVEL]);
     [sums, ...enlarged].forEach((framebuffer, level) => {
       const suffix = level ? `_${level}` : "";
       gl.bindFramebuffer(gl.FRAMEBUFFER, framebuffer);
@@ -497,8 +510,9 @@ export class WebGlRenderer {
   }
 
   /** @param {SceneData} scene @param {boolean} leveled */
-  #kind({ sorted, packing }, leveled) {
-    return { sorted, packed: packing !== null, strips: this.variant.strips, leveled };
+  #kind(scene, leveled) {
+    const { sorted, packing } = scene;
+    return { sorted, packed: packing !== null, strips: this.variant.strips, leveled, depthPass: hasDepthPass(scene) };
   }
 
   /** @param {SceneData} scene @param {boolean} leveled */
@@ -514,7 +528,7 @@ export class WebGlRenderer {
   /** @param {SceneData} scene @param {boolean} leveled */
   #counter(scene, leveled) {
     const { counters } = this.#fixed;
-    const kind = { ...this.#kind(scene, leveled), strips: false };
+    const kind = { ...this.#kind(scene, leveled), strips: false, depthPass: false };
     const key = Object.values(kind).join(" ");
     const program = counters.get(key) ?? makeCounter(this.#gl, this.#shaders, kind);
     counters.set(key, program);

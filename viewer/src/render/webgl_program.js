@@ -4,8 +4,8 @@ import { CORNERS } from "./quads.js";
 import { VIEW_BYTES } from "./view_uniforms.js";
 import { SAMPLERS, Textures } from "./webgl_textures.js";
 
-/** @typedef {{sorted: boolean, packed: boolean, strips: boolean, leveled: boolean}} Kind of drawing */
-/** @typedef {{project: WebGLProgram, splat: WebGLProgram, resolve: WebGLProgram, enlarge: WebGLProgram[]}} Passes levels 1 and 2 are enlarged */
+/** @typedef {{sorted: boolean, packed: boolean, strips: boolean, leveled: boolean, depthPass: boolean}} Kind of drawing */
+/** @typedef {{project: WebGLProgram, depths: WebGLProgram[], splat: WebGLProgram, resolve: WebGLProgram, enlarge: WebGLProgram[]}} Passes one of depths if the scene has a depth pass; levels 1 and 2 are enlarged */
 /**
  * Resources that live as long as the context.
  *
@@ -14,6 +14,7 @@ import { SAMPLERS, Textures } from "./webgl_textures.js";
  * @property {WebGLBuffer} corners of the quads of a batch
  * @property {WebGLVertexArrayObject} quads
  * @property {WebGLFramebuffer} looks output of the project pass
+ * @property {WebGLFramebuffer} depths output of the depth pass
  * @property {WebGLFramebuffer} sums output of the splat pass
  * @property {WebGLFramebuffer[]} enlarged of levels 1 and 2, each with the coarser ones
  * @property {Map<string, Passes>} programs by kind, made at the first use
@@ -22,6 +23,7 @@ import { SAMPLERS, Textures } from "./webgl_textures.js";
  */
 
 const VIEW_BINDING = 0;
+export const DEPTHS = "#define DEPTH_PASS\n";
 /** Packed scenes need either extension. Some phones have only the second one, which is limited to float16. */
 export const TARGETS = ["EXT_color_buffer_float", "EXT_color_buffer_half_float"];
 
@@ -43,6 +45,7 @@ export function makeFixed(gl) {
     corners: gl.createBuffer(),
     quads: gl.createVertexArray(),
     looks: gl.createFramebuffer(),
+    depths: gl.createFramebuffer(),
     sums: gl.createFramebuffer(),
     enlarged: [gl.createFramebuffer(), gl.createFramebuffer()],
     programs: new Map(),
@@ -67,9 +70,11 @@ export function makePrograms(gl, shaders, kind) {
   const { whole, project, splat, resolve } = shaders;
   const rows = kind.packed ? shaders.packed : shaders.wide;
   const made = maker(gl, shaders.view, kind);
+  const visible = kind.depthPass ? "#define VISIBLE\n" : "";
   return {
     project: made(whole, `${rows}${project}`),
-    splat: made(`${rows}${splat}`, splat),
+    depths: kind.depthPass ? [made(`${DEPTHS}${rows}${splat}`, `${DEPTHS}${splat}`)] : [],
+    splat: made(`${visible}${rows}${splat}`, `${visible}${splat}`),
     resolve: made(whole, resolve),
     enlarge: kind.leveled ? [1, 2].map((level) => made(whole, `#define LEVEL ${level}\n${resolve}`)) : [],
   };
@@ -91,7 +96,7 @@ export function makeCounter(gl, { view, packed, wide, whole, count }, kind) {
  *
  * @param {WebGL2RenderingContext} gl
  * @param {string} view
- * @param {Kind} kind
+ * @param {Omit<Kind, "depthPass">} kind
  * @returns {(vertex: string, fragment: string) => WebGLProgram}
  */
 export function maker(gl, view, { sorted, strips, leveled }) {

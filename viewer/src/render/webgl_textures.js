@@ -29,6 +29,7 @@ export const SAMPLERS = [
   "weight_sums_1",
   "color_sums_2",
   "weight_sums_2",
+  "moments",
 ];
 
 /** The textures of a context. */
@@ -55,6 +56,24 @@ export class Textures {
     const texture = replaced(gl, this.#all.get(name) ?? null, format, width, height);
     this.#all.set(name, texture);
     return texture;
+  }
+
+  /**
+   * Create the picture of the depth pass, which is read with filters, as the output of a framebuffer.
+   *
+   * It is float32 where the GPU blends and filters that, as variances cancel in float16.
+   *
+   * @param {WebGLFramebuffer} framebuffer
+   * @param {number[]} size
+   */
+  makeMoments(framebuffer, size) {
+    const gl = this.#gl;
+    const wide = ["EXT_color_buffer_float", "EXT_float_blend", "OES_texture_float_linear"].every((name) => gl.getExtension(name));
+    gl.bindFramebuffer(gl.FRAMEBUFFER, framebuffer);
+    const texture = this.make("moments", wide ? gl.RGBA32F : gl.RGBA16F, size);
+    for (const name of [gl.TEXTURE_MIN_FILTER, gl.TEXTURE_MAG_FILTER]) gl.texParameteri(gl.TEXTURE_2D, name, gl.LINEAR);
+    for (const name of [gl.TEXTURE_WRAP_S, gl.TEXTURE_WRAP_T]) gl.texParameteri(gl.TEXTURE_2D, name, gl.CLAMP_TO_EDGE);
+    gl.framebufferTexture2D(gl.FRAMEBUFFER, gl.COLOR_ATTACHMENT0, gl.TEXTURE_2D, texture, 0);
   }
 
   /**

@@ -1,8 +1,8 @@
 /** The WebGPU renderer. It uses the shaders in the same way as mobilegs/view/wgpu_renderer.py. */
 
-import { levelPlaces, levelSizes } from "./levels.js";
+import { PASS_LEVEL, levelPlaces, levelSizes } from "./levels.js";
 import { BATCH, CORNERS } from "./quads.js";
-import { strides, variantsOf } from "./types.js";
+import { hasDepthPass, strides, variantsOf } from "./types.js";
 import { FLOAT16_SCALE, VIEW_BYTES, magnified, viewUniforms } from "./view_uniforms.js";
 import { GAUSSIANS } from "./view_network.js";
 import { WebGpuDots } from "./webgpu_dots.js";
@@ -52,7 +52,11 @@ export class WebGpuRenderer {
   #uploaded = null;
   /** @type {WebGpuDots | null} */
   #dots = null;
-  /** Of all levels; then of levels 1 and 2 with the coarser ones. @type {{key: string, views: GPUTextureView[][], textures: GPUTexture[]} | null} */
+  /**
+   * Of all levels; then of levels 1 and 2 with the coarser ones; and the picture of a depth pass.
+   *
+   * @type {{key: string, views: GPUTextureView[][], moments: GPUTextureView | null, textures: GPUTexture[]} | null}
+   */
   #sums = null;
   #view;
   #drawn;
@@ -117,7 +121,12 @@ export class WebGpuRenderer {
   setScene(scene) {
     this.#release();
     const { count, sorted } = scene;
-    const kind = { sorted, packed: scene.packing !== null, network: Boolean(scene.network) };
+    const kind = {
+      sorted,
+      packed: scene.packing !== null,
+      network: Boolean(scene.network),
+      depthPass: hasDepthPass(scene),
+    };
     const looks = LOOK_BYTES[kind.packed ? "packed" : "wide"] * Math.max(count, 1); // not empty
     const parts = { shapes: scene.shapes, colors: scene.colors, lobes: scene.lobes };
     const needed = Math.max(looks, ...Object.values(parts).map((part) => part.byteLength));
@@ -341,12 +350,12 @@ export class WebGpuRenderer {
     const uniforms = viewUniforms(scene, fine, floats ? 1 : FLOAT16_SCALE, sigma, this.supersampling);
     queue.writeBuffer(this.#view, 0, uniforms);
     queue.writeBuffer(this.#drawn, 0, Uint32Array.of(strips ? 4 : 6 * BATCH, 0, 0, 0, 0, 0));
-    const sums = this.#sumsFor(fine.width, fine.height, scene.sorted, leveled);
+    const { views: sums, moments } = this.#sumsFor(fine.width, fine.height, this.#uploaded.kind, leveled);
     this.#last = { leveled, pixels: camera.width * camera.height };
     const encoder = this.#device.createCommandEncoder();
     this.#evaluate(encoder, scene.count, this.#uploaded);
     this.#project(encoder, scene.count, this.#uploaded);
-    this.#splat(encoder, scene.count, this.#uploaded, sums[0], leveled);
+    this.#splat(encoder, scene.count, this.#uploaded, sums[0], moments, leveled);
     if (leveled) {
       const formats = sumFormats(false, floats);
       this.#fill(encoder, this.#program.enlarge(2, formats), [...sums[0], ...sums[0]], sums[2], true, false);
@@ -380,28 +389,42 @@ export class WebGpuRenderer {
    * @param {number} count
    * @param {Uploaded} uploaded
    * @param {GPUTextureView[]} sums
+   * @param {GPUTextureView | null} moments the picture of a depth pass, which is computed first
    * @param {boolean} leveled
    */
-  #splat(encoder, count, { kind, parts, looks, order }, sums, leveled) {
-    const clear = [
-      { r: 0, g: 0, b: 0, a: kind.sorted ? 0 : 1 }, // nothing is covered yet
-      { r: 0, g: 0, b: 0, a: 0 },
-    ];
-    const pipeline = this.#program.splat(kind, this.variant, leveled);
-    const pass = encoder.beginRenderPass({
-      colorAttachments: sums.map((view, i) => ({ view, loadOp: "clear", storeOp: "store", clearValue: clear[i] })),
-      timestampWrites: this.#program.stamps("splat"),
-    });
-    pass.setPipeline(pipeline);
+  #splat(encoder, count, { kind, parts, looks, order }, sums, moments, leveled) {
+    const nothing = { r: 0, g: 0, b: 0, a: 0 };
+    /** @type {import("./webgpu_program.js").Resources} */
     const read = { 0: this.#view, 1: parts.shapes, 4: looks, 5: order };
-    pass.setBindGroup(0, this.#program.bind(pipeline, kind.sorted ? read : { ...read, 6: this.#drawn }));
-    pass.setIndexBuffer(this.#corners, "uint16");
-    if (this.variant.strips) {
-      if (kind.sorted) pass.draw(4, count);
-      else pass.drawIndirect(this.#drawn, 0);
-    } else if (kind.sorted) pass.drawIndexed(6 * BATCH, Math.ceil(count / BATCH));
-    else pass.drawIndexedIndirect(this.#drawn, 0);
-    pass.end();
+    if (!kind.sorted) read[6] = this.#drawn;
+    /**
+     * @param {GPURenderPipeline} pipeline
+     * @param {GPUTextureView[]} written
+     * @param {GPUColor[]} clear
+     * @param {GPURenderPassTimestampWrites} [timestampWrites]
+     */
+    const draw = (pipeline, written, clear, timestampWrites) => {
+      const pass = encoder.beginRenderPass({
+        colorAttachments: written.map((view, i) => ({ view, loadOp: "clear", storeOp: "store", clearValue: clear[i] })),
+        timestampWrites,
+      });
+      pass.setPipeline(pipeline);
+      pass.setBindGroup(0, this.#program.bind(pipeline, read));
+      pass.setIndexBuffer(this.#corners, "uint16");
+      if (this.variant.strips) {
+        if (kind.sorted) pass.draw(4, count);
+        else pass.drawIndirect(this.#drawn, 0);
+      } else if (kind.sorted) pass.drawIndexed(6 * BATCH, Math.ceil(count / BATCH));
+      else pass.drawIndexedIndirect(this.#drawn, 0);
+      pass.end();
+    };
+    if (moments) {
+      draw(this.#program.depths(kind, this.variant), [moments], [nothing], this.#program.stamps("splat", true, false));
+      [read[2], read[3]] = [moments, this.#program.bilinear];
+    }
+    const clear = [{ ...nothing, a: kind.sorted ? 0 : 1 }, nothing]; // nothing is covered yet
+    const stamps = this.#program.stamps("splat", moments === null);
+    draw(this.#program.splat(kind, this.variant, leveled), sums, clear, stamps);
   }
 
   /**
@@ -424,28 +447,25 @@ export class WebGpuRenderer {
   /**
    * @param {number} width
    * @param {number} height
-   * @param {boolean} sorted
+   * @param {Kind} kind
    * @param {boolean} leveled
    */
-  #sumsFor(width, height, sorted, leveled) {
-    const key = `${width} ${height} ${sorted} ${leveled} ${this.variant.floats}`;
-    if (this.#sums?.key === key) return this.#sums.views;
+  #sumsFor(width, height, { sorted, depthPass }, leveled) {
+    const { floats } = this.variant;
+    const key = `${width} ${height} ${sorted} ${leveled} ${floats} ${depthPass}`;
+    if (this.#sums?.key === key) return this.#sums;
     for (const texture of this.#sums?.textures ?? []) texture.destroy();
-    const use = GPUTextureUsage;
+    const usage = GPUTextureUsage.RENDER_ATTACHMENT | GPUTextureUsage.TEXTURE_BINDING;
     /** @type {GPUTexture[]} */
     const textures = [];
-    const sizes = leveled
-      ? [levelPlaces(width, height).size, ...levelSizes(width, height).slice(1, 3)]
-      : [[width, height]];
-    const views = sizes.map((size) =>
-      sumFormats(sorted, this.variant.floats).map((format) => {
-        const usage = use.RENDER_ATTACHMENT | use.TEXTURE_BINDING;
-        const texture = this.#device.createTexture({ size, format, usage });
-        textures.push(texture);
-        return texture.createView();
-      }),
-    );
-    this.#sums = { key, textures, views };
-    return views;
+    const made = (/** @type {number[]} */ size, /** @type {GPUTextureFormat} */ format) => {
+      textures.push(this.#device.createTexture({ size, format, usage }));
+      return textures[textures.length - 1].createView();
+    };
+    const coarse = levelSizes(width, height);
+    const sizes = leveled ? [levelPlaces(width, height).size, ...coarse.slice(1, 3)] : [[width, height]];
+    const views = sizes.map((size) => sumFormats(sorted, floats).map((format) => made(size, format)));
+    const moments = depthPass ? made(coarse[PASS_LEVEL], this.#program.momentsFormat) : null;
+    return (this.#sums = { key, textures, views, moments });
   }
 }

@@ -4,18 +4,22 @@ import { toFloat16 } from "../mgs/float16.js";
 
 /** @typedef {import("./types.js").Numbers} Numbers */
 /** @typedef {import("./types.js").Variant} Variant */
-/** @typedef {{sorted: boolean, packed: boolean, network: boolean}} Kind of a scene */
+/** @typedef {{sorted: boolean, packed: boolean, network: boolean, depthPass: boolean}} Kind of a scene */
 /** @typedef {Record<number, GPUBuffer | GPUTextureView | GPUSampler>} Resources by the number of their binding */
 
+/** @type {GPUBlendComponent} */
+const ADD = { srcFactor: "one", dstFactor: "one", operation: "add" };
 /** @type {GPUBlendComponent} */
 const COVER = { srcFactor: "one", dstFactor: "one-minus-src-alpha", operation: "add" };
 /** @type {GPUBlendState} */
 export const OVER = { color: COVER, alpha: COVER };
 /** Colours add up, alpha is multiplied by one minus itself. @type {GPUBlendState} */
 export const SUMS = {
-  color: { srcFactor: "one", dstFactor: "one", operation: "add" },
+  color: ADD,
   alpha: { srcFactor: "zero", dstFactor: "one-minus-src-alpha", operation: "add" },
 };
+/** Of the depth pass. @type {GPUBlendState} */
+const ADDED = { color: ADD, alpha: ADD };
 /** Needed by float32 sums, whose levels are enlarged by filtering. @type {GPUFeatureName[]} */
 const FLOATS = ["float32-blendable", "float32-filterable"];
 const PASSES = ["network", "project", "splat", "resolve"];
@@ -111,23 +115,49 @@ export class Program {
   }
 
   /** @param {Kind} kind @param {Variant} variant @param {boolean} leveled */
-  splat(kind, { floats, strips }, leveled) {
-    return this.cached(`splat ${kind.packed} ${kind.sorted} ${strips} ${floats} ${leveled}`, () => {
-      const blend = kind.sorted ? OVER : SUMS;
+  splat(kind, variant, leveled) {
+    const levels = leveled ? ["corner_of_level", "add_to_level"] : ["corner_sortfree", "add_weighted"];
+    const [corner, add] = kind.sorted ? ["corner_sorted", "cover"] : kind.depthPass ? ["corner_seen", "add_seen"] : levels;
+    const blend = kind.sorted ? OVER : SUMS;
+    const targets = sumFormats(kind.sorted, variant.floats).map((format) => ({ format, blend }));
+    return this.quads(kind, variant, corner, add, targets, { constants: { LEVELED: Number(leveled) } });
+  }
+
+  /**
+   * The format of the picture of the depth pass: float32 in every variant, as variances cancel in float16. It has a
+   * sixteenth of the pixels.
+   *
+   * @returns {GPUTextureFormat}
+   */
+  get momentsFormat() {
+    return this.blendsFloats ? "rgba32float" : "rgba16float";
+  }
+
+  /** Adds Gaussians to that picture. @param {Pick<Kind, "packed">} kind @param {Variant} variant @param {string} [corner] entry point @param {string} [add] entry point */
+  depths(kind, variant, corner = "corner_of_pass", add = "add_depth") {
+    return this.quads(kind, variant, corner, add, [{ format: this.momentsFormat, blend: ADDED }]);
+  }
+
+  /**
+   * A pipeline that draws quads.
+   *
+   * @param {Pick<Kind, "packed">} kind
+   * @param {Variant} variant
+   * @param {string} corner entry point
+   * @param {string} add entry point
+   * @param {GPUColorTargetState[]} targets
+   * @param {{constants?: Record<string, number>, depthStencil?: GPUDepthStencilState}} [more]
+   */
+  quads(kind, { strips }, corner, add, targets, { constants = {}, depthStencil } = {}) {
+    const key = [corner, add, kind.packed, strips, ...targets.map(({ format }) => format), ...Object.values(constants)];
+    return this.cached(`${key.join(" ")} ${depthStencil !== undefined}`, () => {
       const module = this.module("splat", kind);
       return this.device.createRenderPipeline({
         layout: "auto",
-        vertex: {
-          module,
-          entryPoint: kind.sorted ? "corner_sorted" : leveled ? "corner_of_level" : "corner_sortfree",
-          constants: { STRIPS: Number(strips) },
-        },
+        vertex: { module, entryPoint: corner, constants: { STRIPS: Number(strips), ...constants } },
         primitive: { topology: strips ? "triangle-strip" : "triangle-list" },
-        fragment: {
-          module,
-          entryPoint: kind.sorted ? "cover" : leveled ? "add_to_level" : "add_weighted",
-          targets: sumFormats(kind.sorted, floats).map((format) => ({ format, blend })),
-        },
+        fragment: { module, entryPoint: add, targets },
+        depthStencil,
       });
     });
   }

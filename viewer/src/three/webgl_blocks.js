@@ -1,10 +1,11 @@
 /** The least and the largest nearness of opaque meshes in blocks of pixels, by which Gaussians choose their level. */
 
 import { replaced } from "../render/webgl_textures.js";
+import { COLOR_UNIT } from "./webgl_copy.js";
 
 /** Texture units of blocks of 8 x 8 and of 64 x 64 pixels, behind those of the copies. */
-export const BLOCKS_UNIT = 14;
-export const WIDE_BLOCKS_UNIT = 15;
+export const BLOCKS_UNIT = COLOR_UNIT + 1;
+export const WIDE_BLOCKS_UNIT = BLOCKS_UNIT + 1;
 const SIDE = 8;
 
 export class DepthBlocks {

@@ -1,12 +1,12 @@
 /** Copies of a framebuffer of three.js: its depth, and its colours if they are needed. */
 
-import { replaced } from "../render/webgl_textures.js";
+import { SAMPLERS, replaced } from "../render/webgl_textures.js";
 
 /** @typedef {{depths: GLenum[], sure: boolean, color: GLenum}} Formats depth formats to try, whether the first is right, and the colours' */
 
 /** Texture units of the copies, behind those of the renderer. */
-export const DEPTH_UNIT = 12;
-export const COLOR_UNIT = 13;
+export const DEPTH_UNIT = SAMPLERS.length;
+export const COLOR_UNIT = DEPTH_UNIT + 1;
 
 /** Copies parts of framebuffers into textures of the same format; multisampled ones are resolved. */
 export class FramebufferCopy {

@@ -7,9 +7,9 @@
  */
 
 import { Vector4 } from "three";
-import { LEVELS, levelPlaces, levelSizes } from "../render/levels.js";
+import { LEVELS, PASS_LEVEL, levelPlaces, levelSizes } from "../render/levels.js";
 import { BATCH, CORNERS } from "../render/quads.js";
-import { strides } from "../render/types.js";
+import { hasDepthPass, strides } from "../render/types.js";
 import { VIEW_BYTES } from "../render/view_uniforms.js";
 import { TARGETS, blendsFloats, maker } from "../render/webgl_program.js";
 import { PACKED, Textures, extent } from "../render/webgl_textures.js";
@@ -50,6 +50,9 @@ import { BLOCKS, LAYER, MESHES, NEARNESS, OVER } from "./webgl_texts.js";
 const PARTS = /** @type {Part[]} */ (["shapes", "colors", "lobes"]);
 const viewport = new Vector4();
 
+/** Whether a mesh's scene is drawn with a depth pass. @param {MobileGSMesh} mesh */
+const passes = ({ data }) => data !== null && hasDepthPass(data);
+
 export class WebGlStage {
   /** Of `selectVariant`. */
   api = /** @type {const} */ ("webgl");
@@ -71,6 +74,7 @@ export class WebGlStage {
   #splats = new Map();
   /** Of all levels, then of levels 1 and 2 with the coarser ones. */
   #sums;
+  #depths; // output of the depth pass
   #depth;
   #textures;
   #key = ""; // size and format of the textures of the sums
@@ -92,6 +96,7 @@ export class WebGlStage {
     this.#blocks = new DepthBlocks(gl);
     this.#layers = new LayerTextures(gl);
     this.#sums = [gl.createFramebuffer(), gl.createFramebuffer(), gl.createFramebuffer()];
+    this.#depths = gl.createFramebuffer();
     this.#depth = gl.createRenderbuffer();
     this.#textures = new Textures(gl);
   }
@@ -126,7 +131,7 @@ export class WebGlStage {
     this.#blocks.destroy();
     this.#layers.destroy();
     this.#textures.destroy();
-    for (const framebuffer of this.#sums) gl.deleteFramebuffer(framebuffer);
+    for (const framebuffer of [this.#depths, ...this.#sums]) gl.deleteFramebuffer(framebuffer);
     gl.deleteRenderbuffer(this.#depth);
     gl.deleteVertexArray(this.#quads?.array ?? null);
     gl.deleteBuffer(this.#quads?.corners ?? null);
@@ -192,7 +197,7 @@ export class WebGlStage {
     const most = gl.getParameter(gl.MAX_TEXTURE_SIZE);
     const { frame, fine, sigmas, leveled } = frameOf(meshes, camera, { width, height, upward: true }, floats, most);
     const several = layers.length > 1;
-    const size = this.#resize(fine.width, fine.height, leveled, floats, several ? 3 : keeps ? 2 : 1);
+    const size = this.#resize(fine.width, fine.height, leveled, floats, several ? 3 : keeps ? 2 : 1, meshes.some(passes));
     const all = new Map(meshes.map((mesh, i) => [mesh, this.#uploaded(mesh, frame, sigmas[i])]));
 
     const opaque = /** @type {any} */ (target)?.isXRRenderTarget === true;
@@ -225,8 +230,29 @@ export class WebGlStage {
       use(this.#program("nearness", kind));
       gl.drawArrays(gl.TRIANGLES, 0, 3);
     }
-    const splat = this.#program("splat", kind, [...(tested ? ["MESHES"] : []), ...(several || keeps ? ["MOMENTS"] : [])]);
+    const hiding = tested ? ["MESHES"] : [];
+    /** @param {MobileGSMesh} mesh @param {string[]} words */
+    const quads = (mesh, words) => {
+      const splats = /** @type {Splats} */ (all.get(mesh));
+      use(this.#program("splat", kind, [...words, ...hiding]));
+      this.#bind(splats);
+      const { count } = splats.data;
+      if (strips) gl.drawArraysInstanced(gl.TRIANGLE_STRIP, 0, 4, count);
+      else gl.drawElementsInstanced(gl.TRIANGLES, 6 * BATCH, gl.UNSIGNED_SHORT, 0, Math.ceil(count / BATCH));
+    };
+    const added = several || keeps ? ["MOMENTS"] : [];
     layers.forEach((layer, i) => {
+      const passing = layer.filter(passes);
+      if (passing.length) {
+        const [across, down] = levelSizes(fine.width, fine.height)[PASS_LEVEL];
+        gl.disable(gl.DEPTH_TEST);
+        gl.bindFramebuffer(gl.FRAMEBUFFER, this.#depths);
+        gl.viewport(0, 0, across, down);
+        gl.clearBufferfv(gl.COLOR, 0, [0, 0, 0, 0]);
+        gl.enable(gl.BLEND);
+        gl.blendFunc(gl.ONE, gl.ONE);
+        for (const mesh of passing) quads(mesh, ["DEPTH_PASS"]);
+      }
       gl.bindFramebuffer(gl.FRAMEBUFFER, this.#sums[0]);
       gl.viewport(0, 0, size[0], size[1]);
       if (tested) gl.enable(gl.DEPTH_TEST);
@@ -237,17 +263,10 @@ export class WebGlStage {
       gl.clearBufferfv(gl.COLOR, 1, [0, 0, 0, 0]);
       gl.enable(gl.BLEND);
       gl.blendFuncSeparate(gl.ONE, gl.ONE, gl.ZERO, gl.ONE_MINUS_SRC_ALPHA);
-      use(splat);
-      for (const mesh of layer) {
-        const splats = /** @type {Splats} */ (all.get(mesh));
-        this.#bind(splats);
-        const { count } = splats.data;
-        if (strips) gl.drawArraysInstanced(gl.TRIANGLE_STRIP, 0, 4, count);
-        else gl.drawElementsInstanced(gl.TRIANGLES, 6 * BATCH, gl.UNSIGNED_SHORT, 0, Math.ceil(count / BATCH));
-      }
+      this.#textures.bind();
+      for (const mesh of layer) quads(mesh, [...added, ...(passes(mesh) ? ["VISIBLE"] : [])]);
       gl.disable(gl.DEPTH_TEST);
       gl.disable(gl.BLEND);
-      this.#textures.bind();
       if (leveled) this.#enlarge(kind, fine);
       if (!several) return;
       this.#layers.attach(i);
@@ -433,16 +452,18 @@ export class WebGlStage {
    * @param {boolean} leveled
    * @param {boolean} floats
    * @param {number} moments of the proximity that are added up: 1 is the weight alone
+   * @param {boolean} depthPass
    */
-  #resize(width, height, leveled, floats, moments) {
+  #resize(width, height, leveled, floats, moments, depthPass) {
     const size = leveled ? levelPlaces(width, height).size : [width, height];
-    const key = `${width} ${height} ${leveled} ${floats} ${moments}`;
+    const key = `${width} ${height} ${leveled} ${floats} ${moments} ${depthPass}`;
     if (key === this.#key) return size;
     const gl = this.#gl;
     const colors = floats ? gl.RGBA32F : gl.RGBA16F;
     const weights = floats ? [gl.R32F, gl.RG32F, colors] : [gl.R16F, gl.RG16F, colors];
     const formats = [colors, weights[moments - 1]];
     const sizes = levelSizes(width, height);
+    if (depthPass) this.#textures.makeMoments(this.#depths, sizes[PASS_LEVEL]);
     for (let level = 0; level < (leveled ? LEVELS - 1 : 1); level++) {
       const suffix = level ? `_${level}` : "";
       gl.bindFramebuffer(gl.FRAMEBUFFER, this.#sums[level]);

@@ -91,26 +91,21 @@ export class MeshProgram extends Program {
    * @param {Kept & Variant} kept
    * @param {boolean} leveled
    * @param {boolean} tested whether opaque meshes hide them
+   * @param {boolean} depthPass whether their scene has one
    */
-  add(kept, leveled, tested) {
-    const { floats, strips, moments } = kept;
-    return this.cached(`add ${strips} ${floats} ${moments} ${leveled} ${tested}`, () => {
-      const module = this.module("splat", PACKED);
-      const plain = leveled ? ["corner_of_level", "add_to_level"] : ["corner_sortfree", "add_weighted"];
-      const placed = ["placed_corner", tested ? "add_before_meshes" : "add_moments"];
-      const [vertex, fragment] = tested || moments > 1 ? placed : plain;
-      return this.device.createRenderPipeline({
-        layout: "auto",
-        vertex: { module, entryPoint: vertex, constants: { STRIPS: Number(strips), LEVELED: Number(leveled) } },
-        primitive: { topology: strips ? "triangle-strip" : "triangle-list" },
-        fragment: {
-          module,
-          entryPoint: fragment,
-          targets: MeshProgram.sums(kept).map((format) => ({ format, blend: SUMS })),
-        },
-        depthStencil: tested ? { format: SUMS_DEPTH, depthWriteEnabled: false, depthCompare: "greater" } : undefined,
-      });
-    });
+  add(kept, leveled, tested, depthPass) {
+    const plain = leveled ? ["corner_of_level", "add_to_level"] : ["corner_sortfree", "add_weighted"];
+    const placed = ["placed_corner", (tested ? "add_before_meshes" : "add_moments") + (depthPass ? "_seen" : "")];
+    const [corner, add] = tested || kept.moments > 1 ? placed : depthPass ? ["corner_seen", "add_seen"] : plain;
+    const targets = MeshProgram.sums(kept).map((format) => ({ format, blend: SUMS }));
+    /** @type {GPUDepthStencilState | undefined} */
+    const depthStencil = tested ? { format: SUMS_DEPTH, depthWriteEnabled: false, depthCompare: "greater" } : undefined;
+    return this.quads(PACKED, kept, corner, add, targets, { constants: { LEVELED: Number(leveled) }, depthStencil });
+  }
+
+  /** The picture of a depth pass. @param {Variant} variant @param {boolean} tested whether opaque meshes hide Gaussians */
+  depthsBefore(variant, tested) {
+    return this.depths(PACKED, variant, ...(tested ? ["placed_corner_of_pass", "add_depth_before_meshes"] : []));
   }
 
   /**

@@ -1,8 +1,8 @@
 /** Draws all meshes of a scene into the current render pass of a WebGPURenderer, as webgl_stage.js does in WebGL2. */
 
-import { levelPlaces, levelSizes } from "../render/levels.js";
+import { PASS_LEVEL, levelPlaces, levelSizes } from "../render/levels.js";
 import { BATCH, CORNERS } from "../render/quads.js";
-import { strides } from "../render/types.js";
+import { hasDepthPass, strides } from "../render/types.js";
 import { GAUSSIANS } from "../render/view_network.js";
 import { VIEW_BYTES } from "../render/view_uniforms.js";
 import { numbered } from "../render/webgpu_program.js";
@@ -40,6 +40,7 @@ import { BLOCKS, DEPTH, LAYERS, PICTURE, PLACED, PLACED_BYTES, WIDE_BLOCKS } fro
  * @property {GPUTexture[]} all
  * @property {GPUTextureView[][]} sums of all levels; then of levels 1 and 2 with the coarser ones
  * @property {GPUTextureView} depth of the sums
+ * @property {GPUTextureView | null} moments the picture of a depth pass
  * @property {GPUTextureView[]} blocks
  */
 /**
@@ -55,7 +56,10 @@ import { BLOCKS, DEPTH, LAYERS, PICTURE, PLACED, PLACED_BYTES, WIDE_BLOCKS } fro
 const DRAWN_BYTES = 24; // of Drawn in project.wgsl
 const LOOK_BYTES = 8;
 const PARTS = /** @type {Part[]} */ (["shapes", "colors", "lobes"]);
-const KIND = { sorted: false, packed: true, network: true };
+const KIND = { sorted: false, packed: true, network: true, depthPass: false };
+
+/** Whether a mesh's scene is drawn with a depth pass. @param {MobileGSMesh} mesh */
+const passes = ({ data }) => data !== null && hasDepthPass(data);
 
 export class WebGpuStage {
   /** Of `selectVariant`. */
@@ -191,7 +195,8 @@ export class WebGpuStage {
     variant.floats &&= program.blendsFloats;
     const most = this.#device.limits.maxTextureDimension2D;
     const { frame, fine, sigmas, leveled } = frameOf(meshes, camera, { width, height, upward: false }, variant.floats, most);
-    const targets = this.#targetsOf(fine.width, fine.height, leveled, variant);
+    const depthPass = meshes.some(passes);
+    const targets = this.#targetsOf(fine.width, fine.height, leveled, variant, depthPass ? program.momentsFormat : null);
     const all = new Map(meshes.map((mesh, i) => [mesh, this.#uploaded(mesh, frame, sigmas[i], program)]));
     const viewOf = (/** @type {MobileGSMesh} */ mesh) => /** @type {GPUBuffer} */ (all.get(mesh)?.views.get(camera));
     const view = viewOf(meshes[0]);
@@ -208,14 +213,35 @@ export class WebGpuStage {
       }
     }
     for (const splats of all.values()) this.#list(encoder, program, splats, camera, variant, tested && leveled ? targets.blocks : null);
-    const add = program.add(variant, leveled, tested);
     /** @type {Resources} */
     const meshDepth = tested && scene ? { [PLACED]: placed, [DEPTH]: scene } : {};
     const sums = numbered(leveled ? [...targets.sums[0], ...targets.sums[1]] : targets.sums[0], 1);
     /** @type {Resources} */
     const read = leveled ? { ...sums, 5: program.bilinear } : sums;
     const resolved = several ? this.#layersOf(width, height, layers.length) : null;
+    /**
+     * @param {GPURenderPassEncoder} pass
+     * @param {MobileGSMesh} mesh
+     * @param {GPURenderPipeline} pipeline
+     * @param {Resources} more
+     */
+    const quads = (pass, mesh, pipeline, more) => {
+      const { parts, looks, list, drawn } = /** @type {Splats} */ (all.get(mesh));
+      pass.setPipeline(pipeline);
+      pass.setIndexBuffer(this.#corners, "uint16");
+      const own = { 0: viewOf(mesh), 1: parts.shapes, 4: looks, 5: list, 6: drawn };
+      pass.setBindGroup(0, program.bind(pipeline, { ...own, ...meshDepth, ...more }));
+      if (variant.strips) pass.drawIndirect(drawn, 0);
+      else pass.drawIndexedIndirect(drawn, 0);
+    };
     layers.forEach((layer, i) => {
+      const [passing, { moments }] = [layer.filter(passes), targets];
+      if (passing.length && moments) {
+        const colorAttachments = [{ view: moments, loadOp: /** @type {const} */ ("clear"), storeOp: /** @type {const} */ ("store") }];
+        const pass = encoder.beginRenderPass({ colorAttachments });
+        for (const mesh of passing) quads(pass, mesh, program.depthsBefore(variant, tested), {});
+        pass.end();
+      }
       const pass = encoder.beginRenderPass({
         colorAttachments: targets.sums[0].map((target, index) => ({
           view: target,
@@ -238,14 +264,10 @@ export class WebGpuStage {
         pass.setBindGroup(0, program.bind(nearness, { 0: view, ...meshDepth }));
         pass.draw(3);
       }
-      pass.setPipeline(add);
-      pass.setIndexBuffer(this.#corners, "uint16");
       for (const mesh of layer) {
-        const { parts, looks, list, drawn } = /** @type {Splats} */ (all.get(mesh));
-        const own = { 0: viewOf(mesh), 1: parts.shapes, 4: looks, 5: list, 6: drawn };
-        pass.setBindGroup(0, program.bind(add, { ...own, ...meshDepth }));
-        if (variant.strips) pass.drawIndirect(drawn, 0);
-        else pass.drawIndexedIndirect(drawn, 0);
+        /** @type {Resources} */
+        const seen = moments && passes(mesh) ? { 2: moments, 3: program.bilinear } : {};
+        quads(pass, mesh, program.add(variant, leveled, tested, passes(mesh)), seen);
       }
       pass.end();
       if (leveled) this.#enlarge(encoder, program, view, targets, variant);
@@ -452,11 +474,12 @@ export class WebGpuStage {
    * @param {number} height
    * @param {boolean} leveled
    * @param {Kept} kept
+   * @param {GPUTextureFormat | null} moments format of the picture of a depth pass
    * @returns {Targets}
    */
-  #targetsOf(width, height, leveled, kept) {
+  #targetsOf(width, height, leveled, kept, moments) {
     const formats = MeshProgram.sums(kept);
-    const key = `${width} ${height} ${leveled} ${formats}`;
+    const key = `${width} ${height} ${leveled} ${formats} ${moments}`;
     if (this.#targets?.key === key) return this.#targets;
     for (const texture of this.#targets?.all ?? []) texture.destroy();
     /** @type {GPUTexture[]} */
@@ -466,12 +489,12 @@ export class WebGpuStage {
       return all[all.length - 1].createView();
     };
     const place = leveled ? levelPlaces(width, height).size : [width, height];
-    const coarse = leveled ? levelSizes(width, height).slice(1, 3) : [];
-    const sums = [place, ...coarse].map((size) => formats.map((format) => made(size, format)));
+    const sizes = levelSizes(width, height);
+    const sums = [place, ...(leveled ? sizes.slice(1, 3) : [])].map((size) => formats.map((format) => made(size, format)));
     const depth = made(place, SUMS_DEPTH);
     const sides = [8, 64].map((side) => [Math.ceil(width / side), Math.ceil(height / side)]);
     const blocks = sides.map((size) => made(size, BLOCKS_FORMAT));
-    return (this.#targets = { key, all, sums, depth, blocks });
+    return (this.#targets = { key, all, sums, depth, moments: moments && made(sizes[PASS_LEVEL], moments), blocks });
   }
 
   /** @param {number} width @param {number} height @param {number} count of layers @returns {Layers} */

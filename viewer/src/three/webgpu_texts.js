@@ -139,8 +139,6 @@ fn project_in_depth(
  * that lies before the mesh is kept: the same formula is in tests/support/placed_scenes.py.
  */
 export const SPLAT = `${NEAREST_OF}
-override LEVELED = true;  // whether the target has all levels
-
 struct PlacedCorner {  // as LevelCorner
   @builtin(position) position: vec4f,
   @location(0) @interpolate(flat) axes: vec4f,
@@ -150,6 +148,15 @@ struct PlacedCorner {  // as LevelCorner
   @location(4) @interpolate(flat) proximity: f32,
   @location(5) @interpolate(flat) depths: vec4f,  // at the centre, its slope per pixel, and its standard deviation beside the slope
   @location(6) @interpolate(flat) level: u32,
+  @location(7) @interpolate(flat) seen: vec4f,  // as SeenCorner
+}
+
+struct PlacedPassCorner {  // as PassCorner
+  @builtin(position) position: vec4f,
+  @location(0) @interpolate(flat) axes: vec4f,
+  @location(1) @interpolate(flat) center: vec4f,
+  @location(2) @interpolate(flat) log_depth: f32,
+  @location(3) @interpolate(flat) depths: vec4f,
 }
 
 @vertex
@@ -168,6 +175,23 @@ fn placed_corner(@builtin(vertex_index) vertex: u32, @builtin(instance_index) in
   out.proximity = PROXIMITY_SCALE * sqrt(min(view.nearest / e.depth, 1.0));
   out.level = order[place] >> LEVEL_SHIFT;
   out.depths = depths_of(e, f32(1u << out.level));
+  out.seen = seen_of(out.level, e.depth);
+  return out;
+}
+
+@vertex
+fn placed_corner_of_pass(@builtin(vertex_index) vertex: u32, @builtin(instance_index) instance: u32) -> PlacedPassCorner {
+  var out: PlacedPassCorner;
+  out.position = NOWHERE;
+  let place = place_in(vertex, instance);
+  if (place >= listed.count) { return out; }
+  let e = listed_ellipse(place);
+  let corner = pass_corner(vertex, place, e);
+  out.position = corner.position;
+  out.axes = corner.axes;
+  out.center = corner.center;
+  out.log_depth = corner.log_depth;
+  out.depths = depths_of(e, 4.0);
   return out;
 }
 
@@ -186,12 +210,33 @@ fn add_moments(corner: PlacedCorner) -> Sums {
 }
 
 @fragment
+fn add_moments_seen(corner: PlacedCorner) -> Sums {
+  let alpha = alpha_in(corner.region, corner.position.xy, corner.axes, corner.center);
+  return moments_of(alpha, dimmed(corner.color, corner.position.xy, corner.seen), corner.proximity);
+}
+
+@fragment
 fn add_before_meshes(corner: PlacedCorner) -> Sums {
+  return moments_of(alpha_before(corner), corner.color, corner.proximity);
+}
+
+@fragment
+fn add_before_meshes_seen(corner: PlacedCorner) -> Sums {
+  return moments_of(alpha_before(corner), dimmed(corner.color, corner.position.xy, corner.seen), corner.proximity);
+}
+
+@fragment
+fn add_depth_before_meshes(corner: PlacedPassCorner) -> @location(0) vec4f {
+  let position = corner.position.xy;
+  let share = share_in_front(corner.depths, position - corner.center.xy, vec2i(position), 2u);
+  return share * depth_of(alpha_at(position, corner.axes, corner.center), corner.log_depth);
+}
+
+fn alpha_before(corner: PlacedCorner) -> f32 {
   let position = corner.position.xy;
   let alpha = alpha_in(corner.region, position, corner.axes, corner.center);
   let at = vec2i(position - corner.region.xy);
-  let share = share_in_front(corner.depths, position - corner.center.xy, at, corner.level);
-  return moments_of(share * alpha, corner.color, corner.proximity);
+  return alpha * share_in_front(corner.depths, position - corner.center.xy, at, corner.level);
 }
 
 fn moments_of(alpha: f32, color: vec4f, proximity: f32) -> Sums {
