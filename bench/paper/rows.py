@@ -409,7 +409,7 @@ DEFAULTS: dict[str, Row] = {
     "default-depth-pass": Row(
         "default",
         "the same, weights times the light that a depth pass lets through",
-        method=Method("depth_pass"),
+        ("student.weighting.depth_pass=true",),
         classic=False,
     ),
     "default-sorted": Row("default", "the same, blended sorted", SORTED, classic=False),

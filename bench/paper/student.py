@@ -19,8 +19,9 @@ Criterion = Literal["both", "opacity", "scale"]
 class Method:
     """Choices that only the paper's tables need; they are no settings."""
 
-    weighting: WeightingName = "mobile_gs"
-    """The weights of blending; those of `sort_free_gs` would not learn here."""
+    weighting: WeightingName | None = None
+    """The weights of blending, if not the configured ones; those of `sort_free_gs` would not learn
+    here."""
     criterion: Criterion = "both"
     """Values that must lie below the quantile for a vote: opacity and largest scale, or one."""
     network_eps: float = EPS
@@ -46,7 +47,8 @@ class RowStudent(Student):
     @property
     def weighting(self) -> Weighting:
         """The configured weighting, with the formula of the row."""
-        return replace(super().weighting, name=self.method.weighting)
+        configured = super().weighting
+        return replace(configured, name=self.method.weighting or configured.name)
 
     def candidates(
         self, opacities: Float[Tensor, "n"], scales: Float[Tensor, "n 3"]

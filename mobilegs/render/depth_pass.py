@@ -9,10 +9,13 @@ order-independent transparency (Muenstermann et al. 2018). This module is the re
 formulas: `depth_splat` and `visibility` in csrc/depth_pass.h, splat.wgsl and splat.glsl.
 """
 
+from collections.abc import Sequence
+
 import torch
 from jaxtyping import Float
 from torch import Tensor
 
+from mobilegs.camera import Camera
 from mobilegs.render.levels import at_level
 from mobilegs.render.project import Projected, pair_alphas
 
@@ -22,6 +25,23 @@ DEPTH_FLOOR = 0.02  # added to the standard deviation of the logarithm of depth
 DEPTH_SLOPE = 0.4  # of the share of the fog that lies before a depth, per standard deviation
 ALPHAS_MIN = 1e-6  # a sum of alphas below hides nothing
 ALPHAS_MAX = 16.0  # a sum of alphas above counts as this, which float16 holds
+
+
+@torch.no_grad()
+def typical_depth(means: Float[Tensor, "n 3"], cameras: Sequence[Camera], near: float) -> float:
+    """Return the median over cameras of the geometric mean of depths, world units; 1 without any.
+
+    Viewers whose picture is float16 add up the logarithms of depths relative to it, which is the
+    `sigma` of this weighting.
+    """
+    found = []
+    for camera in cameras:
+        row = camera.viewmat[2].to(means)
+        depths = means @ row[:3] + row[3]
+        ahead = depths[depths > near]
+        if len(ahead):
+            found.append(ahead.log().mean())
+    return float(torch.stack(found).median().exp()) if found else 1.0
 
 
 @torch.no_grad()

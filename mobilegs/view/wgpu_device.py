@@ -220,7 +220,7 @@ class Program:
 
     @cached_property
     def splat_seen(self) -> dict[bool, Any]:
-        entries = ("corner_seen", "add_seen")
+        entries = ("corner_of_level", "add_seen")
         return {leveled: self._splat_of(*entries, leveled=leveled) for leveled in (False, True)}
 
     def _enlarge_of(self, level: int) -> Any:

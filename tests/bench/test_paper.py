@@ -184,8 +184,8 @@ def test_the_weights_and_votes_of_a_row_are_those_of_its_student() -> None:
         return made(STUDENT, Scene(blobs()), cameras(), extent=3.0, seed=0)
 
     assert student().model.weighting == STUDENT.weighting.weighting
-    other = student(weighting="depth_pass")
-    assert other.model.weighting == replace(STUDENT.weighting.weighting, name="depth_pass")
+    other = student(weighting="no_scale")
+    assert other.model.weighting == replace(STUDENT.weighting.weighting, name="no_scale")
     opacities = torch.tensor([0.1, 0.9, 0.1, 0.9, 0.5])
     scales = torch.tensor([0.1, 0.1, 0.9, 0.9, 0.5])[:, None].expand(5, 3)
     against = {}

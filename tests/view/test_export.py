@@ -265,11 +265,11 @@ def test_scenes_that_the_viewer_does_not_support_are_refused(
         assert not (tmp_path / "out").exists()
 
 
-def test_what_a_first_visit_loads_takes_less_than_61_and_a_half_kb() -> None:
+def test_what_a_first_visit_loads_takes_less_than_62_and_a_half_kb() -> None:
     files = ("index.html", "preload.js", "viewer.js", "worker.js", "wgsl.js")
     sizes = [len(gzip.compress((DIST / file).read_bytes(), 9, mtime=0)) for file in files]
     print(dict(zip(files, sizes, strict=True)))
-    assert sum(sizes) < 61_500
+    assert sum(sizes) < 62_500
 
 
 def test_the_parts_of_the_viewer_are_those_that_it_names() -> None:

@@ -1,7 +1,7 @@
 // Draws each Gaussian as the quad around the ellipse where alpha is at least alpha_min. Sort-free, both
 // targets share one blend state: colours add up, alpha multiplies by one minus itself.
 override STRIPS = false;  // an instance a quad; or a batch of quads: which is faster depends
-override LEVELED = true;  // whether the target of corner_seen has all levels
+override LEVELED = true;  // whether the target of corner_of_level has all levels
 
 @group(0) @binding(4) var<storage, read> looks: array<StoredLook>;
 @group(0) @binding(5) var<storage, read> order: array<u32>;  // sorted: far ones first; or the list of visible ones
@@ -30,22 +30,8 @@ struct LevelCorner {
   @location(1) @interpolate(flat) color: vec4f,
   @location(2) @interpolate(flat) center: vec4f,
   @location(3) @interpolate(flat) region: vec4f,  // first pixel and end of its level's target
-}
-
-struct PassCorner {  // of the picture of the depth pass
-  @builtin(position) position: vec4f,
-  @location(0) @interpolate(flat) axes: vec4f,
-  @location(1) @interpolate(flat) center: vec4f,
-  @location(2) @interpolate(flat) log_depth: f32,
-}
-
-struct SeenCorner {  // of a scene with that picture
-  @builtin(position) position: vec4f,
-  @location(0) @interpolate(flat) axes: vec4f,
-  @location(1) @interpolate(flat) color: vec4f,
-  @location(2) @interpolate(flat) center: vec4f,
-  @location(3) @interpolate(flat) region: vec4f,
-  @location(4) @interpolate(flat) seen: vec4f,  // from pixels of the target to those of the picture: a factor z, then xy more; w: log_depth
+  // from pixels of the target to those of the depth pass: a factor z, then xy more; w: logarithm of the depth
+  @location(4) @interpolate(flat) seen: vec4f,
 }
 
 const NOWHERE = vec4f(2.0, 2.0, 2.0, 1.0);
@@ -79,7 +65,7 @@ fn corner_of_level(@builtin(vertex_index) vertex: u32, @builtin(instance_index) 
   out.position = NOWHERE;
   let place = place_in(vertex, instance);
   if (place >= listed.count) { return out; }
-  return level_corner(vertex, place, listed_ellipse(place), view.whole);
+  return level_corner(vertex, place, listed_ellipse(place), select(view.size, view.whole, LEVELED));
 }
 
 fn listed_ellipse(place: u32) -> Ellipse { return ellipse_of(shape_of(order[place] & ((1u << LEVEL_SHIFT) - 1u))); }
@@ -96,6 +82,7 @@ fn level_corner(vertex: u32, place: u32, full: Ellipse, size: vec2f) -> LevelCor
     opacity *= fading(full, ellipse, level);
   }
   out.region = view.regions[level];
+  out.seen = seen_of(level, full.depth);
   ellipse.center += out.region.xy;
   let corner = corner_of(vertex, look, opacity, ellipse, size);
   out.position = corner.position;
@@ -107,18 +94,16 @@ fn level_corner(vertex: u32, place: u32, full: Ellipse, size: vec2f) -> LevelCor
 
 // In the picture of the depth pass (weighting 4): depth_moments in mobilegs/render/depth_pass.py.
 @vertex
-fn corner_of_pass(@builtin(vertex_index) vertex: u32, @builtin(instance_index) instance: u32) -> PassCorner {
+fn corner_of_pass(@builtin(vertex_index) vertex: u32, @builtin(instance_index) instance: u32) -> LevelCorner {
+  var out: LevelCorner;
+  out.position = NOWHERE;
   let place = place_in(vertex, instance);
-  if (place >= listed.count) {
-    var none: PassCorner;
-    none.position = NOWHERE;
-    return none;
-  }
+  if (place >= listed.count) { return out; }
   return pass_corner(vertex, place, listed_ellipse(place));
 }
 
-fn pass_corner(vertex: u32, place: u32, full: Ellipse) -> PassCorner {
-  var out: PassCorner;
+fn pass_corner(vertex: u32, place: u32, full: Ellipse) -> LevelCorner {
+  var out: LevelCorner;
   out.position = NOWHERE;
   let look = stored(looks[place]);
   let coarse = shrunk(full, 2u, -PASS_BLUR);
@@ -128,25 +113,7 @@ fn pass_corner(vertex: u32, place: u32, full: Ellipse) -> PassCorner {
   out.position = corner.position;
   out.axes = corner.axes;
   out.center = corner.center;
-  out.log_depth = log(full.depth / view.sigma);
-  return out;
-}
-
-// As corner_of_level, or corner_sortfree, with the place in that picture.
-@vertex
-fn corner_seen(@builtin(vertex_index) vertex: u32, @builtin(instance_index) instance: u32) -> SeenCorner {
-  var out: SeenCorner;
-  out.position = NOWHERE;
-  let place = place_in(vertex, instance);
-  if (place >= listed.count) { return out; }
-  let ellipse = listed_ellipse(place);
-  let corner = level_corner(vertex, place, ellipse, select(view.size, view.whole, LEVELED));
-  out.position = corner.position;
-  out.axes = corner.axes;
-  out.color = corner.color;
-  out.center = corner.center;
-  out.region = corner.region;
-  out.seen = seen_of(order[place] >> LEVEL_SHIFT, ellipse.depth);
+  out.seen = seen_of(2u, full.depth);
   return out;
 }
 
@@ -225,8 +192,8 @@ const ALPHAS_MIN = 1e-6;
 const ALPHAS_MAX = 16.0;
 
 @fragment
-fn add_depth(corner: PassCorner) -> @location(0) vec4f {
-  return depth_of(alpha_at(corner.position.xy, corner.axes, corner.center), corner.log_depth);
+fn add_depth(corner: LevelCorner) -> @location(0) vec4f {
+  return depth_of(alpha_at(corner.position.xy, corner.axes, corner.center), corner.seen.w);
 }
 
 fn depth_of(alpha: f32, u: f32) -> vec4f { return alpha * vec4f(1.0, u, u * u, 0.0); }
@@ -245,7 +212,7 @@ fn visibility(position: vec2f, seen: vec4f) -> f32 {
 }
 
 @fragment
-fn add_seen(corner: SeenCorner) -> Sums {
+fn add_seen(corner: LevelCorner) -> Sums {
   let alpha = alpha_in(corner.region, corner.position.xy, corner.axes, corner.center);
   return sums_of(alpha, dimmed(corner.color, corner.position.xy, corner.seen));
 }

@@ -237,6 +237,10 @@ class WeightingConfig:
     paper's 1/255."""
     detached: bool = False
     """Cut the gradients of depth and scale through w, as in the paper's release."""
+    depth_pass: bool = False
+    """Multiply the weights at each pixel by what a picture of a quarter of the image's size says of
+    the depths there (`mobilegs/render/depth_pass.py`). Solid things hide more of what lies behind
+    them; a frame draws all Gaussians a second time, at a sixteenth of the pixels."""
 
     def __post_init__(self) -> None:
         _ = self.weighting  # raises InputError for values out of range
@@ -245,7 +249,10 @@ class WeightingConfig:
     def weighting(self) -> Weighting:
         """The weighting of the scene and its file."""
         return Weighting(
-            exponent_max=self.exponent_max, alpha_min=self.alpha_min, detached=self.detached
+            "depth_pass" if self.depth_pass else "mobile_gs",
+            exponent_max=self.exponent_max,
+            alpha_min=self.alpha_min,
+            detached=self.detached,
         )
 
 

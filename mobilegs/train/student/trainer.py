@@ -12,6 +12,7 @@ from mobilegs.mgs.codec import encode_mgs
 from mobilegs.mgs.encode import encode_scene
 from mobilegs.mgs.quantized_scene import MetaValue, QuantizedScene
 from mobilegs.render import Rendered, Weighting
+from mobilegs.render.depth_pass import typical_depth
 from mobilegs.render.scene import Scene
 from mobilegs.representation.uniform_quantizer import COLUMNS
 from mobilegs.spherical_harmonics import C0
@@ -129,13 +130,17 @@ class Student:
         if start := config.view_dependence.start_opacity:
             opacities = torch.full_like(gaussians.logit_opacities, start)
             gaussians = replace(gaussians, logit_opacities=opacities.logit())
+        weighting = self.weighting
+        if weighting.name == "depth_pass":
+            depth = typical_depth(gaussians.means, self.cameras, self.near)
+            weighting = replace(weighting, sigma=depth)
         self.model = StudentModel(
             gaussians,
             config.view_dependence,
             self._lrs(),
             self.generator,
             blend=config.blend,
-            weighting=self.weighting,
+            weighting=weighting,
             footprint=config.footprint.drawn(config.blend),
             level_sigma=config.level_sigma,
             color=config.color_shape,

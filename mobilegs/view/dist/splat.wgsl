@@ -23,19 +23,6 @@ struct LevelCorner {
 @location(1) @interpolate(flat) color: vec4f,
 @location(2) @interpolate(flat) center: vec4f,
 @location(3) @interpolate(flat) region: vec4f,
-}
-struct PassCorner {
-@builtin(position) position: vec4f,
-@location(0) @interpolate(flat) axes: vec4f,
-@location(1) @interpolate(flat) center: vec4f,
-@location(2) @interpolate(flat) log_depth: f32,
-}
-struct SeenCorner {
-@builtin(position) position: vec4f,
-@location(0) @interpolate(flat) axes: vec4f,
-@location(1) @interpolate(flat) color: vec4f,
-@location(2) @interpolate(flat) center: vec4f,
-@location(3) @interpolate(flat) region: vec4f,
 @location(4) @interpolate(flat) seen: vec4f,
 }
 const NOWHERE = vec4f(2.0, 2.0, 2.0, 1.0);
@@ -65,7 +52,7 @@ var out: LevelCorner;
 out.position = NOWHERE;
 let place = place_in(vertex, instance);
 if (place >= listed.count) { return out; }
-return level_corner(vertex, place, listed_ellipse(place), view.whole);
+return level_corner(vertex, place, listed_ellipse(place), select(view.size, view.whole, LEVELED));
 }
 fn listed_ellipse(place: u32) -> Ellipse { return ellipse_of(shape_of(order[place] & ((1u << LEVEL_SHIFT) - 1u))); }
 fn level_corner(vertex: u32, place: u32, full: Ellipse, size: vec2f) -> LevelCorner {
@@ -79,6 +66,7 @@ ellipse = to_level(full, level);
 opacity *= fading(full, ellipse, level);
 }
 out.region = view.regions[level];
+out.seen = seen_of(level, full.depth);
 ellipse.center += out.region.xy;
 let corner = corner_of(vertex, look, opacity, ellipse, size);
 out.position = corner.position;
@@ -88,17 +76,15 @@ out.center = corner.center;
 return out;
 }
 @vertex
-fn corner_of_pass(@builtin(vertex_index) vertex: u32, @builtin(instance_index) instance: u32) -> PassCorner {
+fn corner_of_pass(@builtin(vertex_index) vertex: u32, @builtin(instance_index) instance: u32) -> LevelCorner {
+var out: LevelCorner;
+out.position = NOWHERE;
 let place = place_in(vertex, instance);
-if (place >= listed.count) {
-var none: PassCorner;
-none.position = NOWHERE;
-return none;
-}
+if (place >= listed.count) { return out; }
 return pass_corner(vertex, place, listed_ellipse(place));
 }
-fn pass_corner(vertex: u32, place: u32, full: Ellipse) -> PassCorner {
-var out: PassCorner;
+fn pass_corner(vertex: u32, place: u32, full: Ellipse) -> LevelCorner {
+var out: LevelCorner;
 out.position = NOWHERE;
 let look = stored(looks[place]);
 let coarse = shrunk(full, 2u, -PASS_BLUR);
@@ -108,23 +94,7 @@ let corner = corner_of(vertex, look, opacity, coarse, view.regions[2].zw - view.
 out.position = corner.position;
 out.axes = corner.axes;
 out.center = corner.center;
-out.log_depth = log(full.depth / view.sigma);
-return out;
-}
-@vertex
-fn corner_seen(@builtin(vertex_index) vertex: u32, @builtin(instance_index) instance: u32) -> SeenCorner {
-var out: SeenCorner;
-out.position = NOWHERE;
-let place = place_in(vertex, instance);
-if (place >= listed.count) { return out; }
-let ellipse = listed_ellipse(place);
-let corner = level_corner(vertex, place, ellipse, select(view.size, view.whole, LEVELED));
-out.position = corner.position;
-out.axes = corner.axes;
-out.color = corner.color;
-out.center = corner.center;
-out.region = corner.region;
-out.seen = seen_of(order[place] >> LEVEL_SHIFT, ellipse.depth);
+out.seen = seen_of(2u, full.depth);
 return out;
 }
 fn seen_of(level: u32, depth: f32) -> vec4f {
@@ -185,8 +155,8 @@ const DEPTH_SLOPE = 0.4;
 const ALPHAS_MIN = 1e-6;
 const ALPHAS_MAX = 16.0;
 @fragment
-fn add_depth(corner: PassCorner) -> @location(0) vec4f {
-return depth_of(alpha_at(corner.position.xy, corner.axes, corner.center), corner.log_depth);
+fn add_depth(corner: LevelCorner) -> @location(0) vec4f {
+return depth_of(alpha_at(corner.position.xy, corner.axes, corner.center), corner.seen.w);
 }
 fn depth_of(alpha: f32, u: f32) -> vec4f { return alpha * vec4f(1.0, u, u * u, 0.0); }
 @group(0) @binding(2) var moments: texture_2d<f32>;
@@ -199,7 +169,7 @@ let deviation = sqrt(max(mean.y - mean.x * mean.x, 0.0));
 return exp(-min(found.r, ALPHAS_MAX) * clamp(DEPTH_SLOPE * (seen.w - mean.x) / (deviation + DEPTH_FLOOR), -0.5, 0.5));
 }
 @fragment
-fn add_seen(corner: SeenCorner) -> Sums {
+fn add_seen(corner: LevelCorner) -> Sums {
 let alpha = alpha_in(corner.region, corner.position.xy, corner.axes, corner.center);
 return sums_of(alpha, dimmed(corner.color, corner.position.xy, corner.seen));
 }

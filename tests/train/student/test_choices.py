@@ -32,6 +32,7 @@ FORMS: dict[str, StudentConfig] = {
         STUDENT, quantization=SQ, view_dependence=NETWORK, color={"degree": 2}
     ),
     "sq, one latent": changed(STUDENT, quantization=SQ, view_dependence={"latents": 1}),
+    "sq, depth pass": changed(STUDENT, quantization=SQ, weighting={"depth_pass": True}),
     "sq, sorted, lobes": changed(STUDENT, quantization=SQ, blend="sorted"),
     "release": changed(
         STUDENT,

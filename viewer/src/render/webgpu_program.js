@@ -114,10 +114,15 @@ export class Program {
     return this.computing("count", kind, "count_fragments", { SORTED: Number(kind.sorted) });
   }
 
+  /** Entry points that add Gaussians of a sort-free scene up. @param {boolean} leveled @param {boolean} depthPass */
+  static entries(leveled, depthPass) {
+    if (!leveled && !depthPass) return ["corner_sortfree", "add_weighted"];
+    return ["corner_of_level", depthPass ? "add_seen" : "add_to_level"];
+  }
+
   /** @param {Kind} kind @param {Variant} variant @param {boolean} leveled */
   splat(kind, variant, leveled) {
-    const levels = leveled ? ["corner_of_level", "add_to_level"] : ["corner_sortfree", "add_weighted"];
-    const [corner, add] = kind.sorted ? ["corner_sorted", "cover"] : kind.depthPass ? ["corner_seen", "add_seen"] : levels;
+    const [corner, add] = kind.sorted ? ["corner_sorted", "cover"] : Program.entries(leveled, kind.depthPass);
     const blend = kind.sorted ? OVER : SUMS;
     const targets = sumFormats(kind.sorted, variant.floats).map((format) => ({ format, blend }));
     return this.quads(kind, variant, corner, add, targets, { constants: { LEVELED: Number(leveled) } });

@@ -94,9 +94,8 @@ export class MeshProgram extends Program {
    * @param {boolean} depthPass whether their scene has one
    */
   add(kept, leveled, tested, depthPass) {
-    const plain = leveled ? ["corner_of_level", "add_to_level"] : ["corner_sortfree", "add_weighted"];
     const placed = ["placed_corner", (tested ? "add_before_meshes" : "add_moments") + (depthPass ? "_seen" : "")];
-    const [corner, add] = tested || kept.moments > 1 ? placed : depthPass ? ["corner_seen", "add_seen"] : plain;
+    const [corner, add] = tested || kept.moments > 1 ? placed : Program.entries(leveled, depthPass);
     const targets = MeshProgram.sums(kept).map((format) => ({ format, blend: SUMS }));
     /** @type {GPUDepthStencilState | undefined} */
     const depthStencil = tested ? { format: SUMS_DEPTH, depthWriteEnabled: false, depthCompare: "greater" } : undefined;

@@ -148,15 +148,7 @@ struct PlacedCorner {  // as LevelCorner
   @location(4) @interpolate(flat) proximity: f32,
   @location(5) @interpolate(flat) depths: vec4f,  // at the centre, its slope per pixel, and its standard deviation beside the slope
   @location(6) @interpolate(flat) level: u32,
-  @location(7) @interpolate(flat) seen: vec4f,  // as SeenCorner
-}
-
-struct PlacedPassCorner {  // as PassCorner
-  @builtin(position) position: vec4f,
-  @location(0) @interpolate(flat) axes: vec4f,
-  @location(1) @interpolate(flat) center: vec4f,
-  @location(2) @interpolate(flat) log_depth: f32,
-  @location(3) @interpolate(flat) depths: vec4f,
+  @location(7) @interpolate(flat) seen: vec4f,
 }
 
 @vertex
@@ -175,13 +167,13 @@ fn placed_corner(@builtin(vertex_index) vertex: u32, @builtin(instance_index) in
   out.proximity = PROXIMITY_SCALE * sqrt(min(view.nearest / e.depth, 1.0));
   out.level = order[place] >> LEVEL_SHIFT;
   out.depths = depths_of(e, f32(1u << out.level));
-  out.seen = seen_of(out.level, e.depth);
+  out.seen = corner.seen;
   return out;
 }
 
 @vertex
-fn placed_corner_of_pass(@builtin(vertex_index) vertex: u32, @builtin(instance_index) instance: u32) -> PlacedPassCorner {
-  var out: PlacedPassCorner;
+fn placed_corner_of_pass(@builtin(vertex_index) vertex: u32, @builtin(instance_index) instance: u32) -> PlacedCorner {
+  var out: PlacedCorner;
   out.position = NOWHERE;
   let place = place_in(vertex, instance);
   if (place >= listed.count) { return out; }
@@ -190,7 +182,7 @@ fn placed_corner_of_pass(@builtin(vertex_index) vertex: u32, @builtin(instance_i
   out.position = corner.position;
   out.axes = corner.axes;
   out.center = corner.center;
-  out.log_depth = corner.log_depth;
+  out.seen = corner.seen;
   out.depths = depths_of(e, 4.0);
   return out;
 }
@@ -226,10 +218,10 @@ fn add_before_meshes_seen(corner: PlacedCorner) -> Sums {
 }
 
 @fragment
-fn add_depth_before_meshes(corner: PlacedPassCorner) -> @location(0) vec4f {
+fn add_depth_before_meshes(corner: PlacedCorner) -> @location(0) vec4f {
   let position = corner.position.xy;
   let share = share_in_front(corner.depths, position - corner.center.xy, vec2i(position), 2u);
-  return share * depth_of(alpha_at(position, corner.axes, corner.center), corner.log_depth);
+  return share * depth_of(alpha_at(position, corner.axes, corner.center), corner.seen.w);
 }
 
 fn alpha_before(corner: PlacedCorner) -> f32 {
