@@ -209,7 +209,11 @@ class Program:
     def _splat_of(self, vertex: str, fragment: str, *, leveled: bool = True) -> Any:
         targets = [{"format": name, "blend": self._blend} for name in self.formats]
         return self._render_pipeline(
-            self._splat_code, vertex, fragment, targets, vertex_constants={"LEVELED": float(leveled)}
+            self._splat_code,
+            vertex,
+            fragment,
+            targets,
+            vertex_constants={"LEVELED": float(leveled)},
         )
 
     @cached_property
