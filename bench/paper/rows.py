@@ -406,10 +406,10 @@ DEFAULTS: dict[str, Row] = {
         "default", "the default's teacher", coded=False, student=False, classic=False
     ),
     "default": Row("default", "the default as it ships, antialiased", classic=False),
-    "default-depth-pass": Row(
+    "default-no-depth-pass": Row(
         "default",
-        "the same, weights times the light that a depth pass lets through",
-        ("student.weighting.depth_pass=true",),
+        "the same, without the depth pass",
+        ("student.weighting.depth_pass=false",),
         classic=False,
     ),
     "default-sorted": Row("default", "the same, blended sorted", SORTED, classic=False),

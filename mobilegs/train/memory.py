@@ -12,8 +12,8 @@ from mobilegs.viewpoints.virtual_views import DIVISOR, views_per_camera
 
 # Measured by bench/memory.py, rounded up.
 PROCESS_BYTES = 700e6  # of the process itself: torch, and the photo that is decoded
-BYTES_PER_PIXEL = 200  # of a step
-BYTES_PER_SPLAT = 2200  # of a Gaussian, its gradients and moments
+BYTES_PER_PIXEL = 230  # of a step
+BYTES_PER_SPLAT = 2350  # of a Gaussian, its gradients and moments
 # Ratio of a cache's memory to its content: in an hour on bonsai, it was fragmented.
 CACHE_RATIO = 1.5
 # per pixel of a cached photo, and of the teacher's cached image and coverage

@@ -154,6 +154,7 @@ CLASSIC_STUDENT = (
     "student.footprint.soft_edge=false",
     "student.least_variance=0",
     "student.level_sigma=0",
+    "student.weighting.depth_pass=false",
 )
 # The paper's student, by its text; where the text is silent, by its release. Learning rates and
 # lengths are apart, so that shorter runs can have their own.

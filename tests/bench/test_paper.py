@@ -183,7 +183,9 @@ def test_the_weights_and_votes_of_a_row_are_those_of_its_student() -> None:
         made = student_class(Method(**method))
         return made(STUDENT, Scene(blobs()), cameras(), extent=3.0, seed=0)
 
-    assert student().model.weighting == STUDENT.weighting.weighting
+    # sigma is the depth of these Gaussians
+    configured = replace(STUDENT.weighting.weighting, sigma=student().model.weighting.sigma)
+    assert student().model.weighting == configured and 2 < configured.sigma < 4
     other = student(weighting="no_scale")
     assert other.model.weighting == replace(STUDENT.weighting.weighting, name="no_scale")
     opacities = torch.tensor([0.1, 0.9, 0.1, 0.9, 0.5])

@@ -28,10 +28,10 @@ LIMITS = {
 # from 64 tiles on
 GPU_LIMITS = {
     "teacher": (22, 8, 0),
-    "explicit": (25, 7, 0.25),
-    "latents": (25, 7, 0.25),
-    "rate": (22, 6, 0.25),
-    "quantized": (23, 6.5, 0.25),
+    "explicit": (34, 7, 0.25),
+    "latents": (34, 7, 0.25),
+    "rate": (30, 6, 0.25),
+    "quantized": (31, 6.5, 0.25),
 }
 
 

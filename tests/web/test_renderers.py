@@ -122,6 +122,32 @@ def test_float16_is_precise_enough_in_sorted_scenes(kind: str, painters: Painter
     assert found >= 50
 
 
+WITHOUT_FILTERS = """
+const { prototype } = WebGL2RenderingContext;
+const { getExtension } = prototype;
+prototype.getExtension = function (name) {
+  return name === "OES_texture_float_linear" ? null : getExtension.call(this, name);
+};
+window.restore = () => (prototype.getExtension = getExtension);
+"""
+
+
+def test_a_depth_pass_is_drawn_where_only_float16_can_be_filtered(painters: Painters) -> None:
+    painter = painters("webgl", full_precision=False)
+    scene = as_scene(as_float32(random_scene(2000, seed=7, spread=1.5, size=0.3)), "depth_pass")
+    far = replace(scene.weighting, sigma=0.2)  # far from the scene's depths, so that float16 shows
+    scene = replace(scene, weighting=far)
+    sizes = [(131, 67), (131, 68)]  # for each the picture is made again
+    views = [camera(*size).to(dtype=torch.float32) for size in sizes]
+    expected = [scene.render(view).image for view in views]
+    full = psnr(painter.paint(views[0], scene).image, expected[0])
+    painter.tab.run(WITHOUT_FILTERS)
+    half = psnr(painter.paint(views[1]).image, expected[1])
+    painter.tab.run("restore();")
+    print(f"{full:.1f} dB, {half:.1f} dB")
+    assert full - 5 > half > 40
+
+
 OPEN_MGS = """
 const { SceneReader } = await import("/src/mgs/reader.js");
 const { GaussianDecoder } = await import("/src/mgs/gaussian_decoder.js");

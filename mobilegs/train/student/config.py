@@ -237,7 +237,7 @@ class WeightingConfig:
     paper's 1/255."""
     detached: bool = False
     """Cut the gradients of depth and scale through w, as in the paper's release."""
-    depth_pass: bool = False
+    depth_pass: bool = True
     """Multiply the weights at each pixel by what a picture of a quarter of the image's size says of
     the depths there (`mobilegs/render/depth_pass.py`). Solid things hide more of what lies behind
     them; a frame draws all Gaussians a second time, at a sixteenth of the pixels."""

@@ -131,7 +131,9 @@ class Student:
             opacities = torch.full_like(gaussians.logit_opacities, start)
             gaussians = replace(gaussians, logit_opacities=opacities.logit())
         weighting = self.weighting
-        if weighting.name == "depth_pass":
+        if config.blend == "sorted":
+            weighting = replace(weighting, name="mobile_gs")
+        elif weighting.name == "depth_pass":
             depth = typical_depth(gaussians.means, self.cameras, self.near)
             weighting = replace(weighting, sigma=depth)
         self.model = StudentModel(
