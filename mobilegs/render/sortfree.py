@@ -47,14 +47,15 @@ class Weighting:
     name: WeightingName = "mobile_gs"
     """`mobile_gs` is the paper's Eq. 3; `no_depth` and `no_scale` drop its second or third
     term (the paper's Table 5). `sort_free_gs` is the linear form of SortFreeGS,
-    `max(0, 1 - d / sigma) v`, with phi as the learned v. `depth_pass` is `mobile_gs` times the
-    share of light that reaches the pixel, by a depth pass of a quarter of the image's size
-    (`render/depth_pass.py`). Training uses `mobile_gs`; the others open files of before and serve
-    bench/paper."""
+    `max(0, 1 - d / sigma) v`, with phi as the learned v. `depth_pass` is `mobile_gs` times a
+    factor that differs from pixel to pixel, by a depth pass of a quarter of the image's size
+    (`render/depth_pass.py`). Training uses `depth_pass`, and `mobile_gs` for the paper's presets;
+    the others open files of before and serve bench/paper."""
     exponent_max: float = 4.0
     """Upper limit of `s_max / d` in the exponential, in (0, 80] (see `WeightingConfig`)."""
     sigma: float = 10.0
-    """Depth in world units at which the weight of `sort_free_gs` reaches 0. Infinite: w = phi."""
+    """Depth in world units at which the weight of `sort_free_gs` reaches 0. Infinite: w = phi. With
+    `depth_pass`, a typical depth: renderers with float16 are most exact near it."""
     background_weight: float = 0.0
     """Weight of the background in the mean of `sort_free_gs`; 0 for all others."""
     alpha_min: float = ALPHA_MIN

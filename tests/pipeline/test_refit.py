@@ -185,7 +185,7 @@ def test_cameras_are_placed_between_those_of_the_file(small: None, student: Path
     one_side = looking((3, 0), (3, 0.4), (3, 0.8))
     assert away(one_side).max() < 0.3
     around = looking((3, 0), (0, 3), (-3, 0))
-    assert int((away(around) == 0).sum()) == 3
+    assert int((away(around) < 1e-6).sum()) >= 3
     assert away(one_side[:1]).max() > 1
 
 
