@@ -23,6 +23,7 @@ from mobilegs.errors import InputError
 from mobilegs.evaluate.metrics import displayed_colors
 from mobilegs.formats.ply import read_ply_scene, write_ply
 from mobilegs.mgs.codec import write_mgs
+from mobilegs.render.levels import usual_level_sigma
 from mobilegs.render.scene import Scene
 from mobilegs.train.distributed import Team
 from mobilegs.train.exposure import exposures_for
@@ -211,7 +212,9 @@ class MobileGS:
         if self._scene is None or self._scene[0] != self.step:
             self._scene = self.step, self.stage.scene()
         view = camera_of(camera).to(self.team.device)
-        rendered = self._scene[1].render(view)
+        scene = self._scene[1]
+        level_sigma = usual_level_sigma(soft_edge=scene.footprint.soft_edge)
+        rendered = scene.render(view, level_sigma=level_sigma)
         return {"color": displayed_colors(rendered.image).cpu().numpy()}
 
     def save(self, path: str) -> None:

@@ -188,6 +188,12 @@ class Departure(NamedTuple):
 
 DEPARTURES = (
     Departure(
+        "weights differ from pixel to pixel, by a depth pass",
+        "weighting.depth_pass=true",
+        "a lobe knows a direction and no pixel",
+        ("default", "default-no-depth-pass"),
+    ),
+    Departure(
         "opacity and phi from lobes, decoded once when the file is opened",
         "view_dependence.kind=latent",
         "a dot product per frame instead of 38,000 multiplications",

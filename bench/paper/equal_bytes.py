@@ -52,7 +52,7 @@ def equal_cells(cells: list[dict]) -> dict[str, list[dict]]:
         bases = [cell for cell in of_scene if cell["row"] == BASE and _ships(cell)]
         if not bases:
             continue
-        base = max(bases, key=lambda cell: cell["student_steps"])
+        base = max(bases, key=lambda cell: (cell["student_steps"], -cell["seed"]))
         found[scene] = [base]
         for row in (WITHOUT, *OTHERS):
             told = _ships if row == WITHOUT else _is_aimed
@@ -71,8 +71,8 @@ def _is_aimed(cell: Mapping) -> bool:
 
 
 def _is_equal(cell: Mapping, base: Mapping) -> bool:
-    steps = ("teacher_steps", "student_steps")
-    same = all(cell[name] == base[name] for name in steps)
+    of = ("teacher_steps", "student_steps", "seed")
+    same = all(cell[name] == base[name] for name in of)
     return same and (cell["row"] == WITHOUT or LEAST <= cell["bytes"] / base["bytes"] <= MOST)
 
 

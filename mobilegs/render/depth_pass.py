@@ -24,7 +24,7 @@ PASS_BLUR = 2.25  # px^2 of the image, added to both variances: its pixels are 4
 DEPTH_FLOOR = 0.02  # added to the standard deviation of the logarithm of depth
 DEPTH_SLOPE = 0.4  # of the share of the fog that lies before a depth, per standard deviation
 ALPHAS_MIN = 1e-6  # a sum of alphas below hides nothing
-ALPHAS_MAX = 16.0  # a sum of alphas above counts as this, which float16 holds
+ALPHAS_MAX = 16.0  # a sum of alphas above counts as this: weights must stay in float16's range
 
 
 @torch.no_grad()

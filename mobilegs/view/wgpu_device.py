@@ -20,7 +20,9 @@ from mobilegs.view import assets
 PASSES = ("network", "project", "splat", "resolve")
 FLOAT32_FEATURES = {"float32-blendable", "float32-filterable"}  # levels are enlarged by filtering
 ADAPTER_TYPES = ("DiscreteGPU", "IntegratedGPU")  # the preferred ones, in this order
-FLOAT16_SCALE = 2.0**-6  # of weights in float16: sums of 1,400 of the largest do not overflow
+# factors of weights in float16, without a depth pass and with one, whose factors are up to exp(8):
+# sums of 1,400 and of 400 of the largest do not overflow
+FLOAT16_SCALES = (2.0**-6, 2.0**-10)
 REMEDY = (
     "install or update the GPU's Vulkan driver (on Debian and Ubuntu mesa-vulkan-drivers, which "
     "also draws without a GPU), or use the web viewer or --renderer kernels, which need none"
@@ -127,7 +129,6 @@ class Program:
         sorted: True for alpha blending far to near, False for sums in any order.
         formats: texture formats of the sums.
         target: the format of a picture that is read back.
-        weight_scale: factor of the weights, which cancels in the image.
         network: the pipeline of the paper's network, in float16 unless `full_precision` or the GPU
             has none; made at its first use.
         bilinear: the sampler that enlarges levels.
@@ -152,7 +153,6 @@ class Program:
         bits = 32 if full_precision else 16
         self.target = f"rgba{bits}float"
         self.formats = [self.target] + ([] if blend_sorted else [f"r{bits}float"])
-        self.weight_scale = 1.0 if full_precision else FLOAT16_SCALE
         wanted = {"timestamp-query"} if full_precision else {"timestamp-query", "shader-f16"}
         features = wanted & set(gpu.features)
         self.number = "f16" if "shader-f16" in features else "f32"
@@ -216,16 +216,10 @@ class Program:
             vertex_constants={"LEVELED": float(leveled)},
         )
 
-    @cached_property
-    def depths(self) -> Any:
+    def _depths(self) -> Any:
         blend = {"color": self._blend["color"], "alpha": self._blend["color"]}
         targets = [{"format": self.moments, "blend": blend}]
         return self._render_pipeline(self._splat_code, "corner_of_pass", "add_depth", targets)
-
-    @cached_property
-    def splat_seen(self) -> dict[bool, Any]:
-        entries = ("corner_of_level", "add_seen")
-        return {leveled: self._splat_of(*entries, leveled=leveled) for leveled in (False, True)}
 
     def _enlarge_of(self, level: int) -> Any:
         targets = [{"format": name} for name in self.formats]
@@ -306,6 +300,11 @@ class Program:
             self.splat = self._splat_of("corner_sortfree", "add_weighted")
             self.splat_levels = self._splat_of("corner_of_level", "add_to_level")
             self.enlarge = {level: self._enlarge_of(level) for level in (1, 2)}
+            self.depths = self._depths()
+            self.splat_seen = {
+                leveled: self._splat_of("corner_of_level", "add_seen", leveled=leveled)
+                for leveled in (False, True)
+            }
 
 
 @cache

@@ -2,9 +2,9 @@
 
 A frame has three passes: project (compute, per Gaussian), splat (blended quads, in any order for a
 sort-free scene, all levels in one texture; after the depth pass, if there is one) and resolve (per
-pixel). The weight w is computed in
-project.wgsl, alpha in splat.wgsl, the image in resolve.wgsl; the reference is mobilegs/render.
-Before them, network.wgsl evaluates the paper's network in scenes that have one.
+pixel). The weight w is computed in project.wgsl, alpha and the depth pass's factor in splat.wgsl,
+the image in resolve.wgsl; the reference is mobilegs/render. Before them, network.wgsl evaluates the
+paper's network in scenes that have one.
 """
 
 import math
@@ -22,15 +22,18 @@ from mobilegs.camera import Camera, look_at
 from mobilegs.errors import InputError
 from mobilegs.evaluate.metrics import psnr
 from mobilegs.gaussians import Gaussians
+from mobilegs.mgs.limits import WORLD_MAX, WORLD_MIN
 from mobilegs.render.depth_pass import PASS_LEVEL
 from mobilegs.render.inputs import RenderSettings, validate_settings
 from mobilegs.render.levels import level_places, level_sizes
 from mobilegs.render.lobes import constant_lobes
 from mobilegs.render.project import ALPHA_MIN, jacobian_limits, rotation_matrices
 from mobilegs.render.scene import Scene
+from mobilegs.render.sortfree import Weighting
 from mobilegs.render.supersampling import magnified
 from mobilegs.render.view_network import ViewNetwork, static_inputs
 from mobilegs.view.wgpu_device import (
+    FLOAT16_SCALES,
     PASSES,
     REMEDY,
     draws_by_opengl,
@@ -82,13 +85,15 @@ def usable_gpu(blend_sorted: bool, full_precision: bool) -> Any:
 def agreement(gpu: Any) -> float:
     """Return the lowest PSNR in dB of small images that a GPU renders, against `Scene.render`.
 
-    They are sorted, sort-free, and sort-free with levels, in float16; `AGREEMENT` is the least that
-    is right. Raises InputError if the GPU cannot render.
+    They are sorted, sort-free, and sort-free with levels, without a depth pass and with one, in
+    float16; `AGREEMENT` is the least that is right. Raises InputError if the GPU cannot render.
     """
     gaussians, camera = _sample()
     worst = math.inf
-    for blend, level_sigma in (("sorted", 0.0), ("sortfree", 0.0), ("sortfree", 1.0)):
-        scene = Scene(gaussians, blend)
+    passing = Weighting("depth_pass", sigma=4.0)
+    ways = [("sorted", 0.0), ("sortfree", 0.0), ("sortfree", 1.0), ("sortfree", 1.0)]
+    for number, (blend, level_sigma) in enumerate(ways):
+        scene = Scene(gaussians, blend, weighting=passing if number == 3 else Weighting())
         image = WgpuRenderer(scene, level_sigma=level_sigma, gpu=gpu).render(camera).image
         expected = scene.render(camera, level_sigma=level_sigma).image
         worst = min(worst, psnr(image.nan_to_num(nan=1e3), expected))
@@ -151,6 +156,7 @@ class WgpuRenderer:
         kind = (scene.blend == "sorted", full_precision)
         self.program = program_of(usable_gpu(*kind) if gpu is None else gpu, *kind)
         self._depth_pass = scene.blend != "sorted" and scene.weighting.name == "depth_pass"
+        self._weight_scale = 1.0 if full_precision else FLOAT16_SCALES[self._depth_pass]
         self._sums: _Sums | None = None
         with translated_errors(self.program.gpu):
             self._upload(*_rows(scene))
@@ -315,7 +321,7 @@ class WgpuRenderer:
         most = self.program.device.limits["max-texture-dimension-2d"]
         return bool(self.level_sigma) and max(level_places(camera.height, camera.width)[1]) <= most
 
-    def _sums_of(self, camera: Camera) -> "_Sums":
+    def _sums_of(self, camera: Camera) -> _Sums:
         """Return the textures of the sums; they are created for each new size."""
         size = camera.height, camera.width
         if self._sums is None or self._sums.size != size:
@@ -352,8 +358,10 @@ class WgpuRenderer:
             *jacobian_limits(camera),
             *self.scene.background.tolist(),
             weighting.exponent_max,
-            *(camera.width, camera.height, weighting.sigma, weighting.background_weight),
-            self.program.weight_scale,
+            *(camera.width, camera.height),
+            min(max(weighting.sigma, WORLD_MIN), WORLD_MAX),
+            weighting.background_weight,
+            self._weight_scale,
             *(self.count, *self._sizes, weighting.index),
             ALPHA_MIN if self.program.sorted else weighting.alpha_min,
             *(footprint.blur, footprint.antialiased, footprint.soft_edge),
@@ -371,7 +379,7 @@ class WgpuRenderer:
         work.dispatch_workgroups(across, -(-groups // across))
         work.end()
 
-    def _splat(self, encoder: Any, sums: "_Sums", *, leveled: bool) -> None:
+    def _splat(self, encoder: Any, sums: _Sums, *, leveled: bool) -> None:
         # sort-free: T = 1 in the alpha channel; sorted: alpha = 0
         nothing = (0, 0, 0, 0)
         clear = [nothing if self.program.sorted else (0, 0, 0, 1), nothing]

@@ -38,6 +38,7 @@ from tests.support.golden import (
     with_rows,
 )
 from tests.support.gpus import GPU, GPU_FLOAT32, precisions
+from tests.support.placed_scenes import Placed, sums_of
 from tests.support.scenes import (
     as_float32,
     camera,
@@ -119,6 +120,14 @@ def test_a_sorted_scene_has_the_opacities_of_its_lobes_or_network(by: str) -> No
     found = WgpuRenderer(scene, full_precision=True).render(view).image
     assert psnr(found, scene.render(view).image) > 75
     assert psnr(found, replace(scene, lobes=None, network=None).render(view).image) < 40
+
+
+def test_sums_with_a_depth_pass_stay_in_the_range_of_float16() -> None:
+    scene, view = trained()
+    scene = replace(scene, weighting=replace(scene.weighting, name="depth_pass"))
+    sums = sums_of([Placed(scene, torch.eye(4))], view.resized(96, 64)).weight
+    print(f"largest sum {sums.max():.3g}")
+    assert sums.max() * wgpu_device.FLOAT16_SCALES[True] < 65504 / 8
 
 
 def test_a_trained_student_renders_the_same() -> None:

@@ -33,7 +33,7 @@ pytestmark = pytest.mark.thorough
 
 SOURCES = Path(__file__).parent / "npm"
 TRAINED = Path(__file__).parents[1] / "support" / "trained.mgs"
-LIMIT = 275_000  # bytes of the unpacked package
+LIMIT = 280_000  # bytes of the unpacked package
 # "loaded", or the sentence that the element shows; null before, also while it is not defined
 SETTLED = """() => {
   const element = document.querySelector("mobile-gs");

@@ -11,7 +11,7 @@ uniform usampler2D order;  // far ones first
 flat out vec4 axes;    // offsets in pixels to standard deviations
 flat out vec4 color;   // w: weight
 flat out vec4 center;  // z: opacity, w: compensation
-#if defined(LEVELED) && !defined(DEPTH_PASS)
+#ifdef LEVELED
 flat out vec4 region;  // first pixel and end of its level's target
 #endif
 #ifdef MOMENTS
@@ -34,7 +34,7 @@ void main() {
   axes = vec4(0.0);
   color = vec4(0.0);
   center = vec4(0.0);
-#if defined(LEVELED) && !defined(DEPTH_PASS)
+#ifdef LEVELED
   region = vec4(0.0);
 #endif
 #ifdef MOMENTS
@@ -73,7 +73,7 @@ void main() {
   nearest_depth = nearest_of(e);
 #endif
 #ifdef DEPTH_PASS
-  log_depth = log(e.depth / size.z);
+  log_depth = log(e.depth) - log(size.z);
   Ellipse coarse = shrunk(e, 2, -PASS_BLUR);
   opacity *= fading(e, coarse, 2);
   if (!(opacity > scale_bits.z)) { return; }
@@ -107,7 +107,7 @@ void main() {
   seen.xyz = vec3(1.0, 1.0, 0.25);
 #endif
 #ifdef VISIBLE
-  seen.w = log(e.depth / size.z);
+  seen.w = log(e.depth) - log(size.z);
 #endif
 
   // eigenvalues, the smaller one from the determinant; the sum that is the larger one does not cancel
@@ -136,7 +136,7 @@ void main() {
 flat in vec4 axes;
 flat in vec4 color;
 flat in vec4 center;
-#if defined(LEVELED) && !defined(DEPTH_PASS)
+#ifdef LEVELED
 flat in vec4 region;
 #endif
 #ifdef MOMENTS
@@ -178,12 +178,12 @@ void main() {
   float alpha = center.z * exp(-0.5 * dot(q, q));
   float edge = float(soft_edge) * scale_bits.z;
   alpha = alpha >= scale_bits.z ? min(center.w * (alpha - edge), ALPHA_MAX) : 0.0;
-#if defined(LEVELED) && !defined(DEPTH_PASS)
+#ifdef LEVELED
   // not into the target of another level
   if (any(lessThan(gl_FragCoord.xy, region.xy)) || any(greaterThan(gl_FragCoord.xy, region.zw))) { alpha = 0.0; }
 #endif
 #ifdef MESHES
-#if defined(LEVELED) && !defined(DEPTH_PASS)
+#ifdef LEVELED
   alpha *= share_in_front(depths, d, ivec2(gl_FragCoord.xy - region.xy), coarseness);
 #else
   alpha *= share_in_front(depths, d, ivec2(gl_FragCoord.xy), coarseness);

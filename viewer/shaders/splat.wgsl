@@ -119,7 +119,7 @@ fn pass_corner(vertex: u32, place: u32, full: Ellipse) -> LevelCorner {
 
 fn seen_of(level: u32, depth: f32) -> vec4f {
   let factor = 0.25 * f32(1u << level);
-  return vec4f(1.0 - factor * (view.regions[level].xy + f32(min(level, 1u))), factor, log(depth / view.sigma));
+  return vec4f(1.0 - factor * (view.regions[level].xy + f32(min(level, 1u))), factor, log(depth) - log(view.sigma));
 }
 
 fn place_in(vertex: u32, instance: u32) -> u32 {

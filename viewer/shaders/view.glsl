@@ -117,6 +117,7 @@ const float WEIGHT_UNIT = 10.0;
 // The level of a Gaussian of weight w. Same formula: choose_levels in mobilegs/render/levels.py,
 // level_of in view.wgsl.
 int level_of(Ellipse e, float w) {
+  if (!(level_sigma > 0.0)) { return 0; }
   float skew = 0.5 * (e.variance.x - e.variance.y);
   float cov = e.covariance;
   float larger = 0.5 * (e.variance.x + e.variance.y) + sqrt(skew * skew + cov * cov);

@@ -240,7 +240,8 @@ class WeightingConfig:
     depth_pass: bool = True
     """Multiply the weights at each pixel by what a picture of a quarter of the image's size says of
     the depths there (`mobilegs/render/depth_pass.py`). Solid things hide more of what lies behind
-    them; a frame draws all Gaussians a second time, at a sixteenth of the pixels."""
+    them; a frame draws all Gaussians a second time, at a sixteenth of the pixels. No effect with
+    `blend=sorted`."""
 
     def __post_init__(self) -> None:
         _ = self.weighting  # raises InputError for values out of range

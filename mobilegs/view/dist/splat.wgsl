@@ -99,7 +99,7 @@ return out;
 }
 fn seen_of(level: u32, depth: f32) -> vec4f {
 let factor = 0.25 * f32(1u << level);
-return vec4f(1.0 - factor * (view.regions[level].xy + f32(min(level, 1u))), factor, log(depth / view.sigma));
+return vec4f(1.0 - factor * (view.regions[level].xy + f32(min(level, 1u))), factor, log(depth) - log(view.sigma));
 }
 fn place_in(vertex: u32, instance: u32) -> u32 {
 return select(instance * BATCH + vertex / 4u, instance, STRIPS);

@@ -77,6 +77,7 @@ export async function fastestVariant(renderer, storage) {
 export async function warmUp(renderer) {
   renderer.setScene({
     ...someScene(1, 1, () => [0, 0, 1]),
+    weighting: { index: 4, exponentMax: 4, sigma: 1, backgroundWeight: 0 }, // the default's
     packing: { center: [0, 0, 0], unit: 1, leastScaleBits: 0, scaleBitsSpan: 0 },
     shapes: Uint32Array.of(0, 0x3c00, 0, 0), // z is 1
     colors: new Uint32Array(4),

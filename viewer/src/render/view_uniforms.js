@@ -7,7 +7,14 @@ import { levelPlaces, levelSizes } from "./levels.js";
 /** @typedef {import("./types.js").SceneData} SceneData */
 
 export const VIEW_BYTES = 368;
-export const FLOAT16_SCALE = 2 ** -6; // factor of weights that keeps sums in the range of float16
+/**
+ * The factor of weights that keeps sums in the range of float16. A depth pass multiplies them by up to exp(8).
+ *
+ * @param {boolean} depthPass
+ */
+export const float16Scale = (depthPass) => (depthPass ? 2 ** -10 : 2 ** -6);
+/** Depths of a scene: `WORLD_MIN` and `WORLD_MAX` of mobilegs/mgs/limits.py. */
+const DEPTHS = [1e-20, 1e20];
 const JACOBIAN_MARGIN = 0.3; // as in project.py
 
 /**
@@ -49,7 +56,7 @@ export function viewUniforms(scene, camera, weightScale, levelSigma, supersampli
     ...[-cx / fx - marginX, (width - cx) / fx + marginX],
     ...[-cy / fy - marginY, (height - cy) / fy + marginY],
     ...[...background, weighting.exponentMax],
-    ...[width, height, weighting.sigma, weighting.backgroundWeight],
+    ...[width, height, Math.min(Math.max(weighting.sigma, DEPTHS[0]), DEPTHS[1]), weighting.backgroundWeight],
     weightScale,
   ]);
   const integers = [scene.count, scene.shSize, scene.lobeSize, weighting.index];

@@ -8,7 +8,7 @@
 import { LEVELS, PASS_LEVEL, levelPlaces, levelSizes } from "./levels.js";
 import { BATCH } from "./quads.js";
 import { hasDepthPass, strides, variantsOf } from "./types.js";
-import { FLOAT16_SCALE, magnified, viewUniforms } from "./view_uniforms.js";
+import { float16Scale, magnified, viewUniforms } from "./view_uniforms.js";
 import { FrameTimer } from "./webgl_timer.js";
 import { WebGlDots } from "./webgl_dots.js";
 import { TARGETS, blendsFloats, makeCounter, makeFixed, makePrograms } from "./webgl_program.js";
@@ -371,7 +371,7 @@ export class WebGlRenderer {
     const [sumsWidth, sumsHeight] = this.#resize(scene, leveled, camera);
     gl.bindBuffer(gl.UNIFORM_BUFFER, view);
     this.#last = { leveled, pixels: pictured };
-    const scale = this.variant.floats ? 1 : FLOAT16_SCALE;
+    const scale = this.variant.floats ? 1 : float16Scale(hasDepthPass(scene));
     const packed = viewUniforms(scene, camera, scale, this.levelSigma, this.supersampling);
     gl.bufferSubData(gl.UNIFORM_BUFFER, 0, packed);
     gl.bindVertexArray(quads);

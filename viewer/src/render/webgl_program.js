@@ -23,7 +23,7 @@ import { SAMPLERS, Textures } from "./webgl_textures.js";
  */
 
 const VIEW_BINDING = 0;
-export const DEPTHS = "#define DEPTH_PASS\n";
+const DEPTHS = "#define DEPTH_PASS\n";
 /** Packed scenes need either extension. Some phones have only the second one, which is limited to float16. */
 export const TARGETS = ["EXT_color_buffer_float", "EXT_color_buffer_half_float"];
 
@@ -73,7 +73,7 @@ export function makePrograms(gl, shaders, kind) {
   const visible = kind.depthPass ? "#define VISIBLE\n" : "";
   return {
     project: made(whole, `${rows}${project}`),
-    depths: kind.depthPass ? [made(`${DEPTHS}${rows}${splat}`, `${DEPTHS}${splat}`)] : [],
+    depths: kind.depthPass ? [maker(gl, shaders.view, { ...kind, leveled: false })(`${DEPTHS}${rows}${splat}`, `${DEPTHS}${splat}`)] : [],
     splat: made(`${visible}${rows}${splat}`, `${visible}${splat}`),
     resolve: made(whole, resolve),
     enlarge: kind.leveled ? [1, 2].map((level) => made(whole, `#define LEVEL ${level}\n${resolve}`)) : [],

@@ -3,7 +3,7 @@
 import { PASS_LEVEL, levelPlaces, levelSizes } from "./levels.js";
 import { BATCH, CORNERS } from "./quads.js";
 import { hasDepthPass, strides, variantsOf } from "./types.js";
-import { FLOAT16_SCALE, VIEW_BYTES, magnified, viewUniforms } from "./view_uniforms.js";
+import { VIEW_BYTES, float16Scale, magnified, viewUniforms } from "./view_uniforms.js";
 import { GAUSSIANS } from "./view_network.js";
 import { WebGpuDots } from "./webgpu_dots.js";
 import { Program, numbered, sumFormats } from "./webgpu_program.js";
@@ -347,7 +347,7 @@ export class WebGpuRenderer {
     const fits = Math.max(...levelPlaces(fine.width, fine.height).size) <= most;
     const leveled = fits && !scene.sorted && this.levelSigma > 0;
     const sigma = leveled ? this.levelSigma : 0;
-    const uniforms = viewUniforms(scene, fine, floats ? 1 : FLOAT16_SCALE, sigma, this.supersampling);
+    const uniforms = viewUniforms(scene, fine, floats ? 1 : float16Scale(hasDepthPass(scene)), sigma, this.supersampling);
     queue.writeBuffer(this.#view, 0, uniforms);
     queue.writeBuffer(this.#drawn, 0, Uint32Array.of(strips ? 4 : 6 * BATCH, 0, 0, 0, 0, 0));
     const { views: sums, moments } = this.#sumsFor(fine.width, fine.height, this.#uploaded.kind, leveled);

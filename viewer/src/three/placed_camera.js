@@ -2,7 +2,8 @@
 
 import { Matrix4, Vector3 } from "three";
 import { levelPlaces, usualLevelSigma } from "../render/levels.js";
-import { FLOAT16_SCALE, magnified, viewUniforms } from "../render/view_uniforms.js";
+import { hasDepthPass } from "../render/types.js";
+import { float16Scale, magnified, viewUniforms } from "../render/view_uniforms.js";
 import { supersamplingFor } from "../viewer/supersampling.js";
 
 /** @typedef {import("../render/types.js").SceneData} SceneData */
@@ -18,10 +19,17 @@ import { supersamplingFor } from "../viewer/supersampling.js";
  * @property {boolean} upward whether rows are counted from below, as WebGL does
  * @property {number} supersampling
  * @property {number} weightScale
+ * @property {number} typicalDepth of all scenes with a depth pass, world units; 0: each has its own
  */
 
 /** Most layers of a picture. */
 export const MOST_LAYERS = 8;
+
+/** Whether a mesh's scene is drawn with a depth pass. @param {import("./mobile_gs_mesh.js").MobileGSMesh} mesh */
+export const passes = ({ data }) => data !== null && hasDepthPass(data);
+
+/** World units of a unit of a mesh's scene. @param {import("three").Object3D} mesh */
+const scaleOf = ({ matrixWorld }) => Math.cbrt(Math.abs(matrixWorld.determinant())) || 1;
 
 const view = new Matrix4();
 const eye = new Vector3();
@@ -55,8 +63,13 @@ function lensOf({ camera, width, height, upward }) {
  * @param {number} most pixels along a side of a texture
  */
 export function frameOf(meshes, camera, picture, floats, most) {
+  const passing = meshes.filter(passes);
+  const weightScale = floats ? 1 : float16Scale(passing.length > 0);
+  // of several in one layer, depths are compared in the world
+  const [first] = meshes.length > MOST_LAYERS ? passing : [];
+  const typicalDepth = first ? scaleOf(first) * (first.data?.weighting.sigma ?? 1) : 0;
   /** @type {Frame} */
-  const frame = { camera, ...picture, supersampling: 1, weightScale: floats ? 1 : FLOAT16_SCALE };
+  const frame = { camera, ...picture, supersampling: 1, weightScale, typicalDepth };
   const lens = { ...lensOf(frame), ...picture, viewmat: [], near: 0 };
   frame.supersampling = Math.max(...meshes.map((mesh) => mesh.supersampling ?? supersamplingFor(lens, mesh.views)));
   const fine = { width: frame.supersampling * picture.width, height: frame.supersampling * picture.height };
@@ -79,7 +92,7 @@ export function frameOf(meshes, camera, picture, floats, most) {
  * @returns {Float32Array<ArrayBuffer>}
  */
 export function meshUniforms(frame, mesh, scene, near, levelSigma) {
-  const { camera, width, height, upward, supersampling, weightScale } = frame;
+  const { camera, width, height, upward, supersampling, weightScale, typicalDepth } = frame;
   view.multiplyMatrices(camera.matrixWorldInverse, mesh.matrixWorld);
   const scale = Math.cbrt(Math.abs(view.determinant())) || 1;
   const e = view.elements;
@@ -90,6 +103,7 @@ export function meshUniforms(frame, mesh, scene, near, levelSigma) {
   const floats = viewUniforms({ ...scene, background: NONE }, seen, weightScale, levelSigma, supersampling);
   eye.set(0, 0, 0).applyMatrix4(view.invert());
   floats.set([eye.x, eye.y, eye.z], 12);
+  if (typicalDepth && hasDepthPass(scene)) floats[30] = typicalDepth / scale;
   floats[70] = nearestOf(camera) / scale;
   floats[71] = 1 - Math.min(Math.max(mesh.opacity, 0), 1);
   if (mesh.grade) {

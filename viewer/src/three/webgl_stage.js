@@ -9,11 +9,11 @@
 import { Vector4 } from "three";
 import { LEVELS, PASS_LEVEL, levelPlaces, levelSizes } from "../render/levels.js";
 import { BATCH, CORNERS } from "../render/quads.js";
-import { hasDepthPass, strides } from "../render/types.js";
+import { strides } from "../render/types.js";
 import { VIEW_BYTES } from "../render/view_uniforms.js";
 import { TARGETS, blendsFloats, maker } from "../render/webgl_program.js";
 import { PACKED, Textures, extent } from "../render/webgl_textures.js";
-import { frameOf, meshUniforms, nearestOf } from "./placed_camera.js";
+import { frameOf, meshUniforms, nearestOf, passes } from "./placed_camera.js";
 import { COLOR_UNIT, DEPTH_UNIT, FramebufferCopy } from "./webgl_copy.js";
 import { BLOCKS_UNIT, DepthBlocks, WIDE_BLOCKS_UNIT } from "./webgl_blocks.js";
 import { LAYER_UNITS, LayerTextures } from "./webgl_layers.js";
@@ -50,9 +50,6 @@ import { BLOCKS, LAYER, MESHES, NEARNESS, OVER } from "./webgl_texts.js";
 const PARTS = /** @type {Part[]} */ (["shapes", "colors", "lobes"]);
 const viewport = new Vector4();
 
-/** Whether a mesh's scene is drawn with a depth pass. @param {MobileGSMesh} mesh */
-const passes = ({ data }) => data !== null && hasDepthPass(data);
-
 export class WebGlStage {
   /** Of `selectVariant`. */
   api = /** @type {const} */ ("webgl");
@@ -78,6 +75,7 @@ export class WebGlStage {
   #depth;
   #textures;
   #key = ""; // size and format of the textures of the sums
+  #passKey = ""; // size of the picture of the depth pass
 
   /**
    * @param {WebGLRenderer} renderer
@@ -234,7 +232,8 @@ export class WebGlStage {
     /** @param {MobileGSMesh} mesh @param {string[]} words */
     const quads = (mesh, words) => {
       const splats = /** @type {Splats} */ (all.get(mesh));
-      use(this.#program("splat", kind, [...words, ...hiding]));
+      const of = words.includes("DEPTH_PASS") ? { strips, leveled: false } : kind;
+      use(this.#program("splat", of, [...words, ...hiding]));
       this.#bind(splats);
       const { count } = splats.data;
       if (strips) gl.drawArraysInstanced(gl.TRIANGLE_STRIP, 0, 4, count);
@@ -456,14 +455,17 @@ export class WebGlStage {
    */
   #resize(width, height, leveled, floats, moments, depthPass) {
     const size = leveled ? levelPlaces(width, height).size : [width, height];
-    const key = `${width} ${height} ${leveled} ${floats} ${moments} ${depthPass}`;
+    const key = `${width} ${height} ${leveled} ${floats} ${moments}`;
+    const sizes = levelSizes(width, height);
+    if (depthPass && this.#passKey !== `${sizes[PASS_LEVEL]}`) {
+      this.#passKey = `${sizes[PASS_LEVEL]}`;
+      this.#textures.makeMoments(this.#depths, sizes[PASS_LEVEL]);
+    }
     if (key === this.#key) return size;
     const gl = this.#gl;
     const colors = floats ? gl.RGBA32F : gl.RGBA16F;
     const weights = floats ? [gl.R32F, gl.RG32F, colors] : [gl.R16F, gl.RG16F, colors];
     const formats = [colors, weights[moments - 1]];
-    const sizes = levelSizes(width, height);
-    if (depthPass) this.#textures.makeMoments(this.#depths, sizes[PASS_LEVEL]);
     for (let level = 0; level < (leveled ? LEVELS - 1 : 1); level++) {
       const suffix = level ? `_${level}` : "";
       gl.bindFramebuffer(gl.FRAMEBUFFER, this.#sums[level]);

@@ -2,11 +2,11 @@
 
 import { PASS_LEVEL, levelPlaces, levelSizes } from "../render/levels.js";
 import { BATCH, CORNERS } from "../render/quads.js";
-import { hasDepthPass, strides } from "../render/types.js";
+import { strides } from "../render/types.js";
 import { GAUSSIANS } from "../render/view_network.js";
 import { VIEW_BYTES } from "../render/view_uniforms.js";
 import { numbered } from "../render/webgpu_program.js";
-import { frameOf, meshUniforms, nearestOf } from "./placed_camera.js";
+import { frameOf, meshUniforms, nearestOf, passes } from "./placed_camera.js";
 import { BLOCKS_FORMAT, LAYER_FORMATS, MeshProgram, SUMS_DEPTH } from "./webgpu_passes.js";
 import { BLOCKS, DEPTH, LAYERS, PICTURE, PLACED, PLACED_BYTES, WIDE_BLOCKS } from "./webgpu_texts.js";
 
@@ -40,7 +40,6 @@ import { BLOCKS, DEPTH, LAYERS, PICTURE, PLACED, PLACED_BYTES, WIDE_BLOCKS } fro
  * @property {GPUTexture[]} all
  * @property {GPUTextureView[][]} sums of all levels; then of levels 1 and 2 with the coarser ones
  * @property {GPUTextureView} depth of the sums
- * @property {GPUTextureView | null} moments the picture of a depth pass
  * @property {GPUTextureView[]} blocks
  */
 /**
@@ -57,9 +56,6 @@ const DRAWN_BYTES = 24; // of Drawn in project.wgsl
 const LOOK_BYTES = 8;
 const PARTS = /** @type {Part[]} */ (["shapes", "colors", "lobes"]);
 const KIND = { sorted: false, packed: true, network: true, depthPass: false };
-
-/** Whether a mesh's scene is drawn with a depth pass. @param {MobileGSMesh} mesh */
-const passes = ({ data }) => data !== null && hasDepthPass(data);
 
 export class WebGpuStage {
   /** Of `selectVariant`. */
@@ -80,6 +76,8 @@ export class WebGpuStage {
   #targets = null;
   /** @type {Layers | null} */
   #layers = null;
+  /** The picture of a depth pass. @type {GPUTexture | null} */
+  #moments = null;
   /** A copy of the framebuffer's colours. @type {GPUTexture | null} */
   #picture = null;
   /** Of each camera. @type {Map<ThreeCamera, GPUBuffer>} */
@@ -136,7 +134,7 @@ export class WebGpuStage {
     for (const mesh of [...this.#splats.keys()]) this.forget(mesh);
     for (const buffer of [this.#corners, ...this.#reset, ...this.#placed.values()]) buffer.destroy();
     for (const program of this.#programs.values()) program.destroy();
-    const textures = [...(this.#targets?.all ?? []), ...(this.#layers?.all ?? []), this.#picture];
+    const textures = [...(this.#targets?.all ?? []), ...(this.#layers?.all ?? []), this.#moments, this.#picture];
     for (const texture of textures) texture?.destroy();
   }
 
@@ -195,8 +193,8 @@ export class WebGpuStage {
     variant.floats &&= program.blendsFloats;
     const most = this.#device.limits.maxTextureDimension2D;
     const { frame, fine, sigmas, leveled } = frameOf(meshes, camera, { width, height, upward: false }, variant.floats, most);
-    const depthPass = meshes.some(passes);
-    const targets = this.#targetsOf(fine.width, fine.height, leveled, variant, depthPass ? program.momentsFormat : null);
+    const targets = this.#targetsOf(fine.width, fine.height, leveled, variant);
+    const moments = meshes.some(passes) ? this.#momentsOf(fine, program.momentsFormat) : null;
     const all = new Map(meshes.map((mesh, i) => [mesh, this.#uploaded(mesh, frame, sigmas[i], program)]));
     const viewOf = (/** @type {MobileGSMesh} */ mesh) => /** @type {GPUBuffer} */ (all.get(mesh)?.views.get(camera));
     const view = viewOf(meshes[0]);
@@ -235,7 +233,7 @@ export class WebGpuStage {
       else pass.drawIndexedIndirect(drawn, 0);
     };
     layers.forEach((layer, i) => {
-      const [passing, { moments }] = [layer.filter(passes), targets];
+      const passing = layer.filter(passes);
       if (passing.length && moments) {
         const colorAttachments = [{ view: moments, loadOp: /** @type {const} */ ("clear"), storeOp: /** @type {const} */ ("store") }];
         const pass = encoder.beginRenderPass({ colorAttachments });
@@ -474,12 +472,11 @@ export class WebGpuStage {
    * @param {number} height
    * @param {boolean} leveled
    * @param {Kept} kept
-   * @param {GPUTextureFormat | null} moments format of the picture of a depth pass
    * @returns {Targets}
    */
-  #targetsOf(width, height, leveled, kept, moments) {
+  #targetsOf(width, height, leveled, kept) {
     const formats = MeshProgram.sums(kept);
-    const key = `${width} ${height} ${leveled} ${formats} ${moments}`;
+    const key = `${width} ${height} ${leveled} ${formats}`;
     if (this.#targets?.key === key) return this.#targets;
     for (const texture of this.#targets?.all ?? []) texture.destroy();
     /** @type {GPUTexture[]} */
@@ -489,12 +486,22 @@ export class WebGpuStage {
       return all[all.length - 1].createView();
     };
     const place = leveled ? levelPlaces(width, height).size : [width, height];
-    const sizes = levelSizes(width, height);
-    const sums = [place, ...(leveled ? sizes.slice(1, 3) : [])].map((size) => formats.map((format) => made(size, format)));
+    const coarse = leveled ? levelSizes(width, height).slice(1, 3) : [];
+    const sums = [place, ...coarse].map((size) => formats.map((format) => made(size, format)));
     const depth = made(place, SUMS_DEPTH);
     const sides = [8, 64].map((side) => [Math.ceil(width / side), Math.ceil(height / side)]);
     const blocks = sides.map((size) => made(size, BLOCKS_FORMAT));
-    return (this.#targets = { key, all, sums, depth, moments: moments && made(sizes[PASS_LEVEL], moments), blocks });
+    return (this.#targets = { key, all, sums, depth, blocks });
+  }
+
+  /** The picture of a depth pass. @param {{width: number, height: number}} image @param {GPUTextureFormat} format */
+  #momentsOf(image, format) {
+    const [width, height] = levelSizes(image.width, image.height)[PASS_LEVEL];
+    if (this.#moments?.width !== width || this.#moments.height !== height || this.#moments.format !== format) {
+      this.#moments?.destroy();
+      this.#moments = this.#texture([width, height], format);
+    }
+    return this.#moments.createView();
   }
 
   /** @param {number} width @param {number} height @param {number} count of layers @returns {Layers} */
