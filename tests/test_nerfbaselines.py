@@ -12,6 +12,7 @@ import torch
 from mobilegs.data.dataset import Dataset, load_view
 from mobilegs.errors import InputError
 from mobilegs.mgs.codec import read_mgs
+from mobilegs.render.levels import usual_level_sigma
 from mobilegs.nerfbaselines import SCENE, MobileGS, camera_of, capture_of, pixels_of
 
 STEPS = 24  # of teacher and student together
@@ -88,7 +89,9 @@ def test_the_finished_training_shows_its_file(
     trained.save(str(tmp_path))
     camera = one(data["cameras"], 2)
     shown = trained.render(camera)["color"]
-    file = read_mgs(tmp_path / SCENE).decode().render(camera_of(camera)).image
+    scene = read_mgs(tmp_path / SCENE).decode()
+    level_sigma = usual_level_sigma(soft_edge=scene.footprint.soft_edge)
+    file = scene.render(camera_of(camera), level_sigma=level_sigma).image
     assert shown.shape == (24, 24, 3) and shown.dtype == np.float32
     np.testing.assert_allclose(shown, file.clamp(0, 1).numpy(), atol=1 / 254)
 

@@ -126,7 +126,7 @@ def sums_of(scenes: list[Placed], camera: Camera, limits: torch.Tensor | float =
             alphas = alphas * shares_before(limit, part, planes[rows], size)
             lit = alphas * weights[rows]
             if moments is not None:
-                seen = visibility(moments, part.depths, 0, tuple(limits.shape))
+                seen = visibility(moments, part.depths, 0, (camera.height, camera.width))
                 lit = lit * seen.reshape(*limits.shape, -1)[band].flatten(0, 1)
             proximity = (placed.scale * part.depths).rsqrt()
             parts = torch.stack([proximity, proximity**2, torch.ones_like(proximity)], 1)
