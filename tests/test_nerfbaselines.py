@@ -12,8 +12,8 @@ import torch
 from mobilegs.data.dataset import Dataset, load_view
 from mobilegs.errors import InputError
 from mobilegs.mgs.codec import read_mgs
-from mobilegs.render.levels import usual_level_sigma
 from mobilegs.nerfbaselines import SCENE, MobileGS, camera_of, capture_of, pixels_of
+from mobilegs.render.levels import usual_level_sigma
 
 STEPS = 24  # of teacher and student together
 SETTINGS = {"preset": "short", "steps": STEPS, "device": "cpu", "teacher.max_splats": 60}
