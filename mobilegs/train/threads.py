@@ -43,3 +43,14 @@ def all_threads() -> Iterator[None]:
         yield
     finally:
         torch.set_num_threads(number)
+
+
+@contextmanager
+def one_thread() -> Iterator[None]:
+    """Use one thread of torch, for sums whose bits must not depend on the number of threads."""
+    number = torch.get_num_threads()
+    torch.set_num_threads(1)
+    try:
+        yield
+    finally:
+        torch.set_num_threads(number)

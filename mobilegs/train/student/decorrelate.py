@@ -10,6 +10,7 @@ from mobilegs.gaussians import Gaussians
 from mobilegs.render.view_network import STATICS
 from mobilegs.representation.appearance import ColorDecoder
 from mobilegs.representation.lobes import LobeDecoder
+from mobilegs.train.threads import one_thread
 
 SAMPLES = 65536
 DIFFERENCE = 1e-2  # of the finite differences, in standard deviations
@@ -47,9 +48,10 @@ def decorrelate_lobes(
         return decoder(changed, gaussians.select(rows), base=base).flatten(1)
 
     transform, inverse = _decorrelation(latents, decode)
-    decoder.basis.copy_(inverse @ decoder.basis)
-    for weight in list(decoder.weights)[:1]:
-        weight[:, STATICS:] = weight[:, STATICS:] @ inverse.T
+    with one_thread():
+        decoder.basis.copy_(inverse @ decoder.basis)
+        for weight in list(decoder.weights)[:1]:
+            weight[:, STATICS:] = weight[:, STATICS:] @ inverse.T
     return latents @ transform
 
 
@@ -71,12 +73,13 @@ def _decorrelation(
         moved[:, i] += size
         columns.append((decode(moved, rows) - start) / size)
     jacobian = torch.stack(columns, dim=2).double()
-    metric = (jacobian.transpose(1, 2) @ jacobian).mean(0)
-    ridge = RIDGE * metric.diagonal().mean().clamp_min(RIDGE)
-    root = torch.linalg.cholesky(metric + ridge * torch.eye(len(metric)).to(metric))
-    measured = latents.double() @ root
-    covariance = torch.cov(measured.T) if len(latents) > 1 else torch.zeros_like(root)
-    axes = torch.linalg.eigh(covariance).eigenvectors.flip(1)
-    axes = axes * torch.where(axes.sum(0) < 0, -1.0, 1.0)  # fix the signs
-    transform = root @ axes
-    return transform.to(latents), torch.linalg.inv(transform).to(latents)
+    with one_thread():
+        metric = (jacobian.transpose(1, 2) @ jacobian).mean(0)
+        ridge = RIDGE * metric.diagonal().mean().clamp_min(RIDGE)
+        root = torch.linalg.cholesky(metric + ridge * torch.eye(len(metric)).to(metric))
+        measured = latents.double() @ root
+        covariance = torch.cov(measured.T) if len(latents) > 1 else torch.zeros_like(root)
+        axes = torch.linalg.eigh(covariance).eigenvectors.flip(1)
+        axes = axes * torch.where(axes.sum(0) < 0, -1.0, 1.0)  # fix the signs
+        transform = root @ axes
+        return transform.to(latents), torch.linalg.inv(transform).to(latents)
