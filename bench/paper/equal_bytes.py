@@ -170,10 +170,10 @@ def motion_of(
         more = {"warm": 3, "pictures": None, "loads": 0}
         wanted = argparse.Namespace(**vars(options) | scene | more)
         variant = Variant("ours", "mgs", {"api": "webgpu"})
-        measured = list(measure(wanted, views, {"WebGPU": variant}).values())
+        measured = measure(wanted, views, {"WebGPU": variant})
         if not measured:  # viewers draw harmonics of degree 1 alone
             continue
-        [row] = measured
+        row = measured["WebGPU"]
         turns = [row[turn] for turn in ("turn", "timed")]
         yield (
             key_of_motion(cell),

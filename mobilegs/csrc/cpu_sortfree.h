@@ -74,34 +74,6 @@ Buffer<float> depth_moments(const View& view, int n, const Splat* splats) {
   return moments;
 }
 
-// The fog of a tile's pixels, from the picture's planes: a plane each, rows of TILE.
-MGS_FN void fogs_of_tile(const Grid& picture, const float* moments, int level, int left, int top,
-                         float* fogs) {
-  PicturePlace columns[TILE];
-  for (int x = 0; x < TILE; x++) columns[x] = picture_place(left + x, level, picture.width);
-  int from = columns[0].first, wide = columns[TILE - 1].first + 2 - from;
-  float blend[2 * TILE + 2];  // a row of the picture's columns
-  for (int row = 0; row < TILE; row++) {
-    PicturePlace place = picture_place(top + row, level, picture.height);
-    alignas(64) float found[FOG][TILE];
-    const float* p = moments + (int64)place.first * picture.width + from;
-    for (int k = 0; k < FOG; k++, p += (int64)picture.width * picture.height) {
-      const float* below = p + picture.width;
-      for (int x = 0; x < wide; x++) blend[x] = p[x] + place.part * (below[x] - p[x]);
-      for (int x = 0; x < TILE; x++) {
-        const float* b = blend + (columns[x].first - from);
-        found[k][x] = b[0] + columns[x].part * (b[1] - b[0]);
-      }
-    }
-    float* to = fogs + row * TILE;
-    for (int x = 0; x < TILE; x += LANES, to += LANES) {
-      Fog<vfloat> fog = fog_of(load(found[0] + x), load(found[1] + x), load(found[2] + x));
-      store(to, fog.density), store(to + TILE * TILE, fog.first);
-      store(to + 2 * TILE * TILE, fog.slope);
-    }
-  }
-}
-
 MGS_FN Fog<vfloat> fog_at(const float* p, int64 plane) {
   return {load(p), load(p + plane), load(p + 2 * plane)};
 }
@@ -198,21 +170,21 @@ void sortfree_forward(const View& view, int n, const Splat* splats, float* sums,
   if (PASS) moments = depth_moments(view, n, splats);
   Grid picture = grid_of(view, PASS_LEVEL);
   auto draw = [&](int tile) {
-    alignas(64) float tile_sums[TILE * C * TILE];
-    alignas(64) float fogs[PASS ? TILE * FOG * TILE : 1], plain[PASS ? TILE * FOG * TILE : 1];
+    alignas(64) float tile_sums[TILE * C * TILE], fogs[PASS ? TILE * FOG * TILE : 1];
     const Grid& grid = tiles.grid_of_tile(tile);
     int place = tile - grid.first_tile;
     int left = place % grid.across * TILE, top = place / grid.across * TILE;
     int wide = std::min(TILE, grid.width - left), level = level_of_tile(view, tile);
-    if (PASS) fogs_of_tile(picture, moments.get(), level, left, top, plain);
     for (int row = 0; PASS && row < TILE; row++) {
       float* line = sums + (grid.first_pixel + (int64)(top + row) * grid.width) * stored + left;
-      for (int c = 0; c < FOG; c++) {
-        const float* numbers = plain + (c * TILE + row) * TILE;
-        for (int x = 0; x < TILE; x += PATCH)
-          std::copy_n(numbers + x, PATCH, patch_row<FOG>(fogs, row, x / PATCH) + c * LANES);
-        if (top + row < grid.height)
-          std::copy_n(numbers, wide, line + (stored - FOG + c) * grid.width);
+      for (int x = 0; x < TILE; x++) {
+        Fog<float> fog = fog_of_pixel(picture, moments.get(), level, left + x, top + row);
+        const float numbers[FOG] = {fog.density, fog.first, fog.slope};
+        for (int c = 0; c < FOG; c++) {
+          patch_row<FOG>(fogs, row, x / PATCH)[c * LANES + x % PATCH] = numbers[c];
+          if (x < wide && top + row < grid.height)
+            line[(stored - FOG + c) * grid.width + x] = numbers[c];
+        }
       }
     }
     sortfree_tile<DEPTH, PASS>(view, bins, tile, left, top, splats, fogs, tile_sums);

@@ -74,8 +74,10 @@ def write_container(header: dict[str, Any], streams: list[Stream], *, major: int
 def _minor_increment(header: dict[str, Any], major: int) -> int:
     """Return the increment of the minor version by the features that a header uses."""
     depth_pass = header["weighting"]["name"] == "depth_pass"
-    if depth_pass or major == 4:
-        return int(depth_pass) if major == 4 else 5
+    if major == 4:
+        return int(depth_pass)
+    if depth_pass:
+        return 5
     books = header.get("codebooks", {})
     joint = "scale" in books and (books["scale"]["count"] == 1 or books["rotation"]["count"] == 1)
     by_direction = header["network"] or header["lobes"] is not None

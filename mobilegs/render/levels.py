@@ -29,7 +29,7 @@ WEIGHT_UNIT = 10.0  # weight w above which a Gaussian needs more pixels
 def usual_level_sigma(*, soft_edge: bool) -> float:
     """Return the `level_sigma` with which viewers draw a scene.
 
-    The image has 55 dB and more to the one with all Gaussians at full size, and 50 dB and more with
+    The image has 55 dB and more to the one with all Gaussians at full size, and about 50 dB with
     a depth pass, whose students train with levels. Without a soft edge,
     ellipses end in a step, which coarse targets show. Same value: `usualLevelSigma` in
     viewer/src/render/levels.js.

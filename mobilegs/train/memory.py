@@ -10,7 +10,7 @@ from mobilegs.data.dataset import CACHE_BYTES
 from mobilegs.train.student.config import StudentConfig
 from mobilegs.viewpoints.virtual_views import DIVISOR, views_per_camera
 
-# Measured by bench/memory.py, rounded up.
+# Measured by bench/memory.py without a depth pass, rounded up; the buffers of the pass are added.
 PROCESS_BYTES = 700e6  # of the process itself: torch, and the photo that is decoded
 BYTES_PER_PIXEL = 230  # of a step
 BYTES_PER_SPLAT = 2350  # of a Gaussian, its gradients and moments

@@ -67,7 +67,6 @@ DETACHED = {
     for name, (render, options) in RENDERERS.items()
     if name in ("mobile_gs", "sort_free_gs")
 }
-SHADER_RENDERERS = list(RENDERERS)
 
 
 def input_names(renderer: str) -> tuple[str, ...]:

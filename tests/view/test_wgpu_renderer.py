@@ -23,7 +23,7 @@ from tests.support.golden import (
     BASE,
     INVALID,
     NETWORK_CASES,
-    SHADER_RENDERERS,
+    RENDERERS,
     as_scene,
     golden_cases,
     input_names,
@@ -51,7 +51,7 @@ pytestmark = GPU
 LEAST = {False: 50, True: 75}  # dB that images of trained scenes reach, by full_precision
 
 
-@pytest.mark.parametrize("renderer", SHADER_RENDERERS)
+@pytest.mark.parametrize("renderer", RENDERERS)
 def test_the_gpu_agrees_with_the_reference(renderer: str, subtests: pytest.Subtests) -> None:
     settings = settings_of(renderer)
     # with full precision, the GPU has no early stop at T = 1e-4; in float16, each Gaussian rounds

@@ -21,7 +21,7 @@ from tests.support.browser import Chromium, Tab
 from tests.support.golden import (
     BACKGROUND,
     BASE,
-    SHADER_RENDERERS,
+    RENDERERS,
     TRAINED,
     as_scene,
     golden_cases,
@@ -66,7 +66,7 @@ def test_the_renderers_match_the_reference(
     kind: str, painters: Painters, subtests: pytest.Subtests
 ) -> None:
     painter = painters(kind, full_precision=True)
-    for renderer in SHADER_RENDERERS:
+    for renderer in RENDERERS:
         sigma = settings_of(renderer).level_sigma
         for case in golden_cases(renderer):
             inputs, view = inputs_of(case)

@@ -35,7 +35,7 @@ from mobilegs.train.student.position_grid import choose_grid
 from mobilegs.train.student.program import ProgramDecode, opacities_and_scales, runs_program
 from mobilegs.train.student.shared_decode import SharedDecode
 from mobilegs.train.student.vote_pruning import VoteCounter, vote
-from mobilegs.train.threads import all_threads
+from mobilegs.train.threads import all_threads, one_thread
 from mobilegs.train.times import Times
 from mobilegs.viewpoints.virtual_views import (
     DIVISOR,
@@ -134,7 +134,8 @@ class Student:
         if config.blend == "sorted":
             weighting = replace(weighting, name="mobile_gs")
         elif weighting.name == "depth_pass":
-            depth = typical_depth(gaussians.means, self.cameras, self.near)
+            with one_thread():
+                depth = typical_depth(gaussians.means, self.cameras, self.near)
             weighting = replace(weighting, sigma=depth)
         self.model = StudentModel(
             gaussians,

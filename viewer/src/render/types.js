@@ -85,7 +85,7 @@ export function strides({ packing, shSize, lobeSize, network }) {
   return { shapes: 12, colors: 3 * shSize, lobes: 2 * lobeSize };
 }
 
-/** Whether a scene is drawn with a depth pass. @param {Pick<SceneData, "sorted" | "weighting">} scene */
+/** True if a scene is drawn with a depth pass. @param {Pick<SceneData, "sorted" | "weighting">} scene */
 export const hasDepthPass = ({ sorted, weighting }) => !sorted && weighting.index === 4;
 
 /** The logit of the mean opacity, from the first packed word of the lobes. @param {number} word */

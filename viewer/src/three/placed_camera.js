@@ -25,7 +25,7 @@ import { supersamplingFor } from "../viewer/supersampling.js";
 /** Most layers of a picture. */
 export const MOST_LAYERS = 8;
 
-/** Whether a mesh's scene is drawn with a depth pass. @param {import("./mobile_gs_mesh.js").MobileGSMesh} mesh */
+/** True if a mesh's scene is drawn with a depth pass. @param {import("./mobile_gs_mesh.js").MobileGSMesh} mesh */
 export const passes = ({ data }) => data !== null && hasDepthPass(data);
 
 /** World units of a unit of a mesh's scene. @param {import("three").Object3D} mesh */
