@@ -413,6 +413,12 @@ DEFAULTS: dict[str, Row] = {
         classic=False,
     ),
     "default-sorted": Row("default", "the same, blended sorted", SORTED, classic=False),
+    "default-sorted-lobes": Row(
+        "default",
+        "blended sorted, with lobes of opacity",
+        ("student.blend=sorted",),
+        classic=False,
+    ),
     "default-sorted-sh-2": Row(
         "default",
         "blended sorted, SH of degree 2 from nine latents",
