@@ -28,7 +28,7 @@ from bench.paper.claims import (
     base_of,
     claimed_base,
 )
-from bench.paper.equal_bytes import MOTION, equal_table, summary
+from bench.paper.equal_bytes import AIMED, MOTION, equal_table, summary
 from bench.paper.printed_bytes import readings
 from bench.paper.rows import RELEASES, ROWS
 from bench.paper.verdicts import LONG, own_rows, place, verdict_of
@@ -481,11 +481,12 @@ def sections(cells: list[dict]) -> list[str]:
 
 
 def plot(cells: list[dict]) -> None:
-    """Plot bytes against PSNR of every row, one panel per scene and length."""
+    """Plot bytes against PSNR, one panel per scene and length; not of files of chosen bytes."""
     import matplotlib.pyplot as plt
     from matplotlib.ticker import LogLocator, NullFormatter
 
-    runs = {key: found for key, found in runs_of(cells).items() if len(found) > FEW}
+    shown = [cell for cell in cells if not AIMED & set(cell.get("settings", ()))]
+    runs = {key: found for key, found in runs_of(shown).items() if len(found) > FEW}
     columns = min(len(runs), COLUMNS)
     lines = -(-len(runs) // columns)
     figure, axes = plt.subplots(
