@@ -1,7 +1,7 @@
 """Threads of a training: those of the kernels, which do not wait for each other, and torch's."""
 
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import AbstractContextManager, contextmanager
 
 import torch
 
@@ -35,22 +35,20 @@ def torch_on_one_thread(*, wanted: bool = True) -> Iterator[None]:
 
 
 @contextmanager
-def all_threads() -> Iterator[None]:
+def _threads(number: int) -> Iterator[None]:
+    before = torch.get_num_threads()
+    torch.set_num_threads(number)
+    try:
+        yield
+    finally:
+        torch.set_num_threads(before)
+
+
+def all_threads() -> AbstractContextManager[None]:
     """Use all threads of torch again within `torch_on_one_thread`: for long work between steps."""
-    number = torch.get_num_threads()
-    torch.set_num_threads(_kernel_threads[0] if _kernel_threads else number)
-    try:
-        yield
-    finally:
-        torch.set_num_threads(number)
+    return _threads(_kernel_threads[0] if _kernel_threads else torch.get_num_threads())
 
 
-@contextmanager
-def one_thread() -> Iterator[None]:
+def one_thread() -> AbstractContextManager[None]:
     """Use one thread of torch, for sums whose bits must not depend on the number of threads."""
-    number = torch.get_num_threads()
-    torch.set_num_threads(1)
-    try:
-        yield
-    finally:
-        torch.set_num_threads(number)
+    return _threads(1)
