@@ -14,7 +14,6 @@ from mobilegs.render.project import rotation_matrices
 from mobilegs.render.scene import Scene
 from mobilegs.render.view_network import STATICS
 from mobilegs.representation.appearance import ColorShape, color_decoder
-from mobilegs.representation.codebooks import Attribute
 from mobilegs.representation.lobes import LobeDecoder, LobeShape
 from mobilegs.representation.rotations import (
     LIMITS,
@@ -26,9 +25,14 @@ from mobilegs.representation.rotations import (
     refinement_bits,
     rotation_vectors,
 )
-from mobilegs.representation.uniform_quantizer import StepSizes, UniformQuantizer, entropy
+from mobilegs.representation.uniform_quantizer import StepSizes, UniformQuantizer
 from mobilegs.train.student.decorrelate import decorrelate_appearance, decorrelate_lobes
-from mobilegs.train.student.quantization import add_rate_gradients, control_rate
+from mobilegs.train.student.quantization import (
+    QUALITY_RANGE,
+    UPDATE_MAX,
+    add_rate_gradients,
+    controlled_quality,
+)
 from mobilegs.train.student.trainer import Student
 from tests.support.scene_cases import Case, make_scene
 from tests.support.tiny import STUDENT, blobs, changed, train
@@ -270,36 +274,12 @@ def test_step_sizes_grow_with_the_rate_term_and_shrink_with_the_distortion(
     assert steps[1] > 1.1 * steps[0]
 
 
-def test_rate_control_reaches_a_size_within_the_bounds_of_step_sizes() -> None:
-    names: tuple[Attribute, ...] = ("scale", "opacity")
-    values = {
-        "scale": 3 * torch.randn(9000, 3, generator=seeded()),
-        "opacity": torch.zeros(9000, 1),
-    }
-    values["opacity"][::2] = 5 * torch.randn(4500, 1, generator=seeded(1))
-    books: dict[Attribute, UniformQuantizer] = {
-        name: UniformQuantizer.fit(values[name], step_size=0.3) for name in names
-    }
-
-    def size() -> int:
-        for name, codes in books.items():
-            codes.reassign(values[name])
-        return round(1000 + 9000 / 8 * sum(entropy(codes.indices) for codes in books.values()))
-
-    begun = size()
-    for target, met in ((0.7 * begun, True), (1.3 * begun, True), (900.0, False)):
-        for _ in range(20):
-            control_rate(books, values, size(), target)
-        assert (abs(size() / target - 1) < 0.01) == met
-    assert [codes.log_step_offset.item() for codes in books.values()] == pytest.approx(
-        [math.log(8)] * 2
-    )
-
-
 @pytest.mark.thorough
-@pytest.mark.parametrize(("target", "factor"), [(0.001, 8), (1.0, 1 / 8)])
+@pytest.mark.parametrize(
+    ("target", "quality"), [(0.001, QUALITY_RANGE[0]), (1.0, QUALITY_RANGE[1])]
+)
 def test_a_student_goes_after_the_size_asked_for(
-    dataset, make_student, target: float, factor: float
+    dataset, make_student, target: float, quality: float
 ) -> None:
     """Fifty Gaussians can be neither a kilobyte nor a megabyte: steps go as far as they may."""
     config = changed(
@@ -310,9 +290,48 @@ def test_a_student_goes_after_the_size_asked_for(
     )
     student = make_student(changed(config, quantization={"target_mb": target}))
     train(student, dataset, 40)
-    assert student.quantized_scene().step_sizes["scale"] == pytest.approx(
-        factor * StepSizes().divided_by(config.quantization.quality).scale
-    )
+    assert student.quantization.quality == quality
+    expected = StepSizes().divided_by(quality).scale
+    assert student.quantized_scene().step_sizes["scale"] == pytest.approx(expected)
+
+
+@pytest.mark.parametrize("power", [0.5, 0.9])
+def test_the_quality_reaches_the_size_asked_for(power: float) -> None:
+    quality = 2.0
+    for _ in range(10):
+        quality = controlled_quality(quality, 300.0 * (quality / 2.0) ** power, 210.0, 2.0)
+    assert 300.0 * (quality / 2.0) ** power == pytest.approx(210.0, rel=2e-3)
+    assert controlled_quality(1.0, 300.0, 1.0, 1.0) == 1 / UPDATE_MAX
+    assert controlled_quality(1.0, 1.0, 300.0, 1.0) == UPDATE_MAX
+    for target, end in zip((1.0, 1e9), QUALITY_RANGE, strict=True):
+        assert controlled_quality(end, 300.0, target, 2.0) == end
+        StepSizes().divided_by(end)  # raises InputError if there are none
+    assert controlled_quality(0.1, 300.0, 1.0, 0.1) == 0.1
+
+
+@pytest.mark.parametrize(
+    ("target", "end"), [(0.0, 1.0), (0.001, UPDATE_MAX**-5), (1.0, UPDATE_MAX**5)]
+)
+def test_the_quality_follows_the_size_before_a_student_quantises(
+    dataset, make_student, target: float, end: float
+) -> None:
+    config = changed(STUDENT, quantization={"method": "sq", "target_mb": target})
+    student, qualities, values = make_student(config), [], []
+    for until in (15, 18, 20, 24):  # the rate term begins at 16, quantisation at 26
+        train(student, dataset, until)
+        assert student.model.phase == "latents"
+        qualities.append(student.quantization.quality)
+        values.append(student.quantization.bit_weight * qualities[-1] ** 2)
+    assert qualities[0] == config.quantization.quality == 1.0
+    assert qualities[-1] == pytest.approx(end)
+    assert qualities == sorted(qualities, reverse=end < 1)
+    assert values == pytest.approx([config.quantization.rate_weight] * 4)
+    before = encode_mgs(student._coded(student.model.quantized_copy()))
+    assert student.model.phase == "latents" and student.model.quantizers == {}
+    coded = student.quantized_scene()
+    assert encode_mgs(replace(coded, views=[], meta={})) == before
+    expected = StepSizes().divided_by(qualities[-1])
+    assert coded.step_sizes["scale"] == pytest.approx(expected.scale)
 
 
 def test_a_higher_quality_divides_step_sizes_and_weakens_the_rate_term(

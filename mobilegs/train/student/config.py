@@ -182,8 +182,8 @@ class QuantizationConfig:
     """Lambda of the rate term at a quality of 1, at least 0, with `sq`: one bit per Gaussian adds
     this much to the loss. Larger values give smaller files."""
     target_mb: float = 0.0
-    """Size of the file in megabytes (10^6 bytes), with `sq`. Rate control changes all step sizes by
-    one factor, up to 8 times in both directions. 0 switches rate control off."""
+    """Size of the file in megabytes (10^6 bytes), with `sq`. Rate control changes the quality from
+    `schedule.rate_from` on, between 0.125 and 12. 0 switches rate control off."""
     lod_levels: int = 0
     """LOD levels of the file, 0 to 8. Each has four times as many Gaussians as the one before, and
     a viewer shows the first ones while it loads the others. 0 chooses the number that leaves

@@ -1,5 +1,6 @@
 """The parameters of the student, and the three phases they go through on the way to the file."""
 
+import copy
 import math
 from collections.abc import Mapping
 from dataclasses import asdict
@@ -273,6 +274,24 @@ class StudentModel:
             self._optimize(name, quantizer)
             self.rows.add(name, values[name], self.lrs[f"{name}_values"])
         self.phase = "quantized"
+
+    def set_step_sizes(self, step_sizes: StepSizes | None) -> None:
+        """Change the initial step sizes, also those of quantisers; what these learned stays."""
+        self.step_sizes = step_sizes
+        self._outdated = bool(self._quantizers)
+        if step_sizes is not None:
+            for name in self._quantizers:
+                self.uniform(name).initial_step_size = getattr(step_sizes, name)
+
+    def quantized_copy(self) -> "StudentModel":
+        """Return what `quantize` would make now with `step_sizes`; the model itself stays."""
+        assert self.step_sizes is not None
+        copied = copy.copy(self)
+        copied.rows = NamedAdam(self.rows.tensors, self.lrs)  # without moments
+        copied.shared = NamedAdam({}, {})
+        copied.decoder, copied.lobe_decoder = copy.deepcopy((self.decoder, self.lobe_decoder))
+        copied.quantize(CodebookSizes(), generator=torch.Generator())
+        return copied
 
     @torch.no_grad()
     def add_rate_gradients(self, bit_weight: float) -> None:

@@ -41,9 +41,8 @@ from mobilegs.train.student.decorrelate import decorrelate_appearance, decorrela
 from mobilegs.train.student.view_dependence import CODEBOOK_SIZE, SUBVECTOR_LENGTH
 
 # rate control
-DAMPING = 0.7  # share of the difference in size that one update removes
-UPDATE_MAX = 0.3  # largest change of the log step sizes in one update
-LOG_RANGE = math.log(8)  # of the log step sizes, relative to their initial values
+UPDATE_MAX = 1.4  # largest factor of the quality in one update
+QUALITY_RANGE = 0.125, 12.0  # for which there are step sizes
 # the rate term before quantisation
 QUANTISED = ("log_scales", "quats", "logit_opacities", "lobe_latents", "static", "view")
 RATE_SCALE = 0.6  # standard deviations from the mean within which values cost almost no bits
@@ -223,31 +222,15 @@ def add_early_rate_gradients(tensors: Mapping[str, Tensor], bit_weight: float) -
         _add_to(values, grad)
 
 
-@torch.no_grad()
-def control_rate(
-    quantizers: Mapping[Attribute, Quantizer],
-    values: Mapping[str, Tensor],
-    size: int,
-    target: float,
-) -> None:
-    """Scale all step sizes by one factor that brings a file of `size` bytes near `target` bytes.
+def controlled_quality(quality: float, size: float, target: float, initial: float) -> float:
+    """Return the quality with which a file of `size` bytes comes nearer to `target` bytes.
 
-    `values` are the unquantised ones. Step sizes stay between 1/8 and 8 times their initial
-    values: beyond, images fall apart. Assign codes again afterwards.
+    A file's size grows with the quality to the power of 0.5 to 0.9. The result stays within
+    `QUALITY_RANGE`, or within the range from there to the `initial` quality.
     """
-    uniform = {
-        name: quantizer
-        for name, quantizer in quantizers.items()
-        if not isinstance(quantizer, SubVectorCodebooks)
-    }
-    slope = sum(  # bytes per unit of the log step sizes
-        quantizer.log_step_gradient(values[name]) * len(values[name]) / 8
-        for name, quantizer in uniform.items()
-    )
-    change = DAMPING * (target - size) / min(slope, -1e-3 * size)
-    change = max(-UPDATE_MAX, min(change, UPDATE_MAX))
-    for quantizer in uniform.values():
-        quantizer.log_step_offset.add_(change).clamp_(-LOG_RANGE, LOG_RANGE)
+    low, high = min(initial, QUALITY_RANGE[0]), max(initial, QUALITY_RANGE[1])
+    change = max(1 / UPDATE_MAX, min(target / size, UPDATE_MAX))
+    return max(low, min(quality * change, high))
 
 
 def shorten_weights(*decoders: ColorDecoder | LobeDecoder | None) -> None:

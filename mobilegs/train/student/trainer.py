@@ -43,7 +43,12 @@ from mobilegs.viewpoints.virtual_views import (
     virtual_cameras,
 )
 
-RATE_UPDATES = 50  # of rate control in a run
+# rate control, which changes the quality; shares of a file's size are means over four captures
+RATE_UPDATES = 50  # in the quantised phase
+EARLY_EVERY = 0.05  # of a run, between two updates before that
+LATE_SHRINKAGE = 0.1  # share that the quantised phase takes off
+EARLY_SHRINKAGE = 0.05  # share that the rate term takes off before that; half of it later than
+SETTLING = 0.1  # of a run after its start
 REGRESSION_STEPS = 400  # that fit colour networks to harmonics, at most a fifth of the run's
 # learning rates of the codebooks; for those of the lobe latents, the ratio to these latents' rate
 CODEBOOK_LRS = {"scale": 1e-3, "opacity": 1e-3, "rotation": 5e-4, "appearance": 1e-3}
@@ -104,6 +109,7 @@ class Student:
             exposures: of the photos, if they differ (`exposures_for`).
         """
         self.config = config
+        self.quantization = config.quantization  # rate control changes the quality
         self.times = Times(config.steps)
         self.views_per_step = config.views_per_step
         self.done = 0
@@ -201,14 +207,14 @@ class Student:
         cameras = [self.cameras[index] for index in self.team.interleave([i for i, _ in views])]
         results, decoded = self._add_gradients(cameras, views)
         if self._has_rate_term and self.done % SPARSE_EVERY == 0:
-            bit_weight = SPARSE_EVERY * config.quantization.bit_weight
+            bit_weight = SPARSE_EVERY * self.quantization.bit_weight
             self.model.add_rate_gradients(len(cameras) * bit_weight)
         decoded.step(len(cameras) * config.loss.overdraw_weight)
         self.done += 1
         if config.least_variance and (self.done % LIMIT_EVERY == 0 or self.done == self.steps):
             self.model.limit_scales(self.cameras, config.least_variance)
+        self._control_rate()
         if self.model.phase == "quantized":
-            self._control_rate()
             every = config.schedule.reassign_every
             self.model.reassign(codebooks=every > 0 and self.done % every == 0)
         self._count_votes(cameras)
@@ -248,7 +254,10 @@ class Student:
         `views` and `meta` go into the file unchanged.
         """
         self._enter("quantized")
-        model = self.model
+        return replace(self._coded(self.model), views=views or [], meta=meta or {})
+
+    def _coded(self, model: StudentModel) -> QuantizedScene:
+        """Return a quantised model as the content of a file, without views and notes."""
         assert model.decoder is not None and model.grid is not None
         scene = encode_scene(
             model.rows.tensors["means"],
@@ -265,14 +274,13 @@ class Student:
             footprint=model.footprint,
             background=self.background,
             near=self.near,
-            views=views or [],
-            meta=meta or {},
         )
 
     def state(self) -> dict:
         """Return all that the rest of the training depends on, except for the teacher."""
         return {
             "done": self.done,
+            "quality": self.quantization.quality,
             "generator": self.generator.get_state(),
             "model": self.model.state(),
             "votes": self.votes.state(),
@@ -282,6 +290,7 @@ class Student:
     def restore(self, state: dict) -> None:
         """Continue from the result of `state()`, in a student that has not taken a step."""
         self.done = state["done"]
+        self._set_quality(state["quality"])
         self.generator.set_state(state["generator"])
         self.model.restore(state["model"])
         self.votes.restore(state["votes"])
@@ -458,14 +467,50 @@ class Student:
 
     # --- rate control and learning rates
 
+    @property
+    def _quantized_share(self) -> float:
+        """The share of the run that the quantised phase takes."""
+        return max(1 - self.config.schedule.quantize_from, 1 / self.steps)
+
+    @property
+    def _controls_rate(self) -> bool:
+        """True after steps in which the quality may change, so that the file's size does."""
+        schedule, phase = self.config.schedule, self.model.phase
+        if not self.config.quantization.target_mb or phase == "explicit":
+            return False
+        if phase == "quantized":
+            return self.times.passes(self.done, self._quantized_share / RATE_UPDATES)
+        begun = self.times.of(self.done) >= schedule.rate_from
+        return begun and self.times.passes(self.done, EARLY_EVERY)
+
     def _control_rate(self) -> None:
-        """Scale step sizes towards `target_mb`, `RATE_UPDATES` times in the quantised phase."""
-        target_mb = self.config.quantization.target_mb
-        quantized_steps = (1 - self.config.schedule.quantize_from) * self.steps
-        every = max(1, round(quantized_steps / RATE_UPDATES))
-        if target_mb and self.done % every == 0:
-            size, values = len(encode_mgs(self.quantized_scene())), self.model.rows.tensors
-            quantization.control_rate(self.model.quantizers, values, size, 1e6 * target_mb)
+        """Bring the file's size towards `target_mb`, by step sizes and the rate term's weight."""
+        if not self._controls_rate:
+            return
+        model, config = self.model, self.config
+        with all_threads():
+            model = model if model.phase == "quantized" else model.quantized_copy()
+            size = len(encode_mgs(self._coded(model)))
+        time = self.times.of(self.done)
+        if self.model.phase == "quantized":
+            left = min(1.0, (1 - time) / self._quantized_share)
+            shrinkage = LATE_SHRINKAGE * left**2
+        else:
+            age = (time - config.schedule.rate_from) / SETTLING
+            shrinkage = LATE_SHRINKAGE + EARLY_SHRINKAGE / (1 + age)
+        self._set_quality(
+            quantization.controlled_quality(
+                self.quantization.quality,
+                (1 - shrinkage) * size,
+                1e6 * config.quantization.target_mb,
+                config.quantization.quality,
+            )
+        )
+
+    def _set_quality(self, quality: float) -> None:
+        """Change the step sizes and the weight of the rate term."""
+        self.quantization = replace(self.quantization, quality=quality)
+        self.model.set_step_sizes(self.quantization.initial_step_sizes)
 
     def _lrs(self) -> dict[str, float]:
         """Return the learning rates of the next step, as `StudentModel.set_lrs` takes them."""

@@ -31,6 +31,7 @@ FORMS: dict[str, StudentConfig] = {
     "sq, network, sh-2": changed(
         STUDENT, quantization=SQ, view_dependence=NETWORK, color={"degree": 2}
     ),
+    "sq, a size": changed(STUDENT, quantization=SQ | {"target_mb": 0.006}),
     "sq, one latent": changed(STUDENT, quantization=SQ, view_dependence={"latents": 1}),
     "sq, depth pass": changed(STUDENT, quantization=SQ, weighting={"depth_pass": True}),
     "sq, sorted, lobes": changed(STUDENT, quantization=SQ, blend="sorted"),
