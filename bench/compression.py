@@ -3,11 +3,11 @@
     python -m bench.compression NAME --capture DIR --ply TEACHER.ply [--mgs STUDENT.mgs]
         [--downscale N] [--peers FOLDER/node_modules/.bin/splat-transform] [--json OUT]
 
-@playcanvas/splat-transform (npm) writes `.spz`, `.sog` and compressed `.ply` files of the teacher
-and reads them back; mobilegs writes and reads another `.sog`, and reads the `.mgs`. Figures are of
-the capture's held-back photos, LPIPS (VGG) of every fourth. *encode* and *decode* are seconds of
-whole commands, or of mobilegs's functions. The formats hold another kind of scene than the `.mgs`
-(sorted, all harmonics), so compare whole rows.
+@playcanvas/splat-transform (npm, 2.7.1 or newer) writes `.spz`, `.sog` and compressed `.ply` files
+of the teacher and reads them back; mobilegs writes and reads another `.sog`, and reads the `.mgs`.
+Figures are of the capture's held-back photos, LPIPS (VGG) of every fourth. *encode* and *decode*
+are seconds of whole commands, or of mobilegs's functions. The formats hold another kind of scene
+than the `.mgs` (sorted, all harmonics), so compare whole rows.
 """
 
 import argparse
@@ -27,7 +27,7 @@ from mobilegs.evaluate.lpips import LpipsSuite, lpips_from
 from mobilegs.evaluate.report import evaluate
 from mobilegs.formats.ply import read_ply
 from mobilegs.formats.sog import read_sog, write_sog
-from mobilegs.formats.spz import SH_SIGNS, read_spz
+from mobilegs.formats.spz import read_spz
 from mobilegs.gaussians import Gaussians
 from mobilegs.render.scene import Scene
 from mobilegs.scene_file import open_scene
@@ -49,15 +49,6 @@ def quality(scene: Scene, dataset: Dataset, lpips: LpipsSuite | None) -> dict[st
     return row
 
 
-def turned(scene: Gaussians) -> Gaussians:
-    """Turn by half around x: splat-transform reads the axes of a `.spz` as those of a `.ply`."""
-    sh = scene.sh.clone()
-    sh[:, 1:] *= torch.from_numpy(SH_SIGNS[: sh.shape[1] - 1])[:, None]
-    means = scene.means * torch.tensor([1.0, -1, -1])
-    quats = scene.quats * torch.tensor([1.0, 1, -1, -1])
-    return replace(scene, means=means, quats=quats, sh=sh)
-
-
 def seconds(work: Callable[[], object]) -> float:
     """Return the seconds that a call takes."""
     started = time.perf_counter()
@@ -77,7 +68,7 @@ def peer(program: Path, source: Path, suffix: str, more: tuple[str, ...]) -> tup
 
         encode, decode = convert(source, there), convert(there, back)
         # fully opaque Gaussians of a .spz have no finite logit in a .ply
-        found = turned(read_spz(there)) if suffix == ".spz" else read_ply(back)
+        found = read_spz(there) if suffix == ".spz" else read_ply(back)
         size = there.stat().st_size
     return found, {"bytes": size, "encode_seconds": encode, "decode_seconds": decode}
 

@@ -13,9 +13,9 @@ from bench.record import DOCS, RESULTS, ROOT, filled, origin_of, table
 
 ALIKE = 98  # dB: pictures that differ by a rounding error are below this
 # of bench/results/paper.json; the teacher takes as many steps as both parts of a student's training
-TEACHER = "bonsai-400/15000+0/teacher/3"
-SORTED = "bonsai-400/10000+5000/ours-sorted/3/teacher3"
-STUDENT = "bonsai-400/10000+5000/ours/3/teacher3"
+TEACHER = "bonsai-400/20000+0/default-teacher/0"
+SORTED = "bonsai-400/10000+10000/default-sorted/0/3f2ce7f5"
+STUDENT = "bonsai-400/10000+10000/default/0/3f2ce7f5"
 VIEWER = "ours, WebGPU, 800x533"  # of bench/results/viewer.json
 
 Rows = list[list[str]]
@@ -164,7 +164,7 @@ def viewer_rows(viewers: dict[str, Any]) -> Rows:
     """Return the time per frame, the bytes, the memory and the errors in a turn of every viewer."""
     found = []
     for name, row in viewers.items():
-        if ", float" in name:
+        if ", float" in name or "full size" in name or "turn" not in row:
             continue
         frame, turn = row["frame_ms"], row["turn"]["moving_settled"]["median"]
         settled = "noise" if "stochastic" in name else "equal" if turn >= ALIKE else number(turn, 1)
@@ -359,8 +359,8 @@ def blocks(results: dict[str, Any]) -> dict[str, str]:
             "part | size | beside 6 programs | beside 8",
         ),
         "viewer": block(
-            "viewers_in_motion",
-            "viewers.compare --json bench/results/viewers_in_motion.json",
+            "viewer",
+            "viewers.compare",
             viewer_rows,
             "viewer | load ms | frame ms, median / least | CPU ms | viewer kB | scene MB "
             "| memory MB, page + GPU | turning against settled, dB "
