@@ -334,7 +334,7 @@ def write_scene(job: Job, stage: Student) -> None:
         more = "fewer" if size > target else "more"
         remedy = "" if job.run.teacher else " (--max-splats)"
         job.monitor.note(
-            f"the file has {size:.3f} MB, not the {target:g} MB of target_mb: rate control stops "
+            f"the file has {size:.3f} MB, not the {target:g} MB of target_mb: rate control ended "
             f"at a quality of {stage.quantization.quality:.3g}; a teacher with {more} "
             f"Gaussians{remedy} comes nearer"
         )

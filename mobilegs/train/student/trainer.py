@@ -43,12 +43,13 @@ from mobilegs.viewpoints.virtual_views import (
     virtual_cameras,
 )
 
-# rate control, which changes the quality; shares of a file's size are means over four captures
+# rate control, which changes the quality. Shares of a file's size that training takes off are lower
+# than the means over four captures: a quality that falls late costs more than one too low at first
 RATE_UPDATES = 50  # in the quantised phase
 EARLY_EVERY = 0.05  # of a run, between two updates before that
-LATE_SHRINKAGE = 0.1  # share that the quantised phase takes off
-EARLY_SHRINKAGE = 0.05  # share that the rate term takes off before that; half of it later than
-SETTLING = 0.1  # of a run after its start
+LATE_SHRINKAGE = 0.1  # by the quantised phase
+EARLY_SHRINKAGE = 0.05  # by the rate term before it, when it begins
+SETTLING = 0.1  # of a run, after which half of that is left
 REGRESSION_STEPS = 400  # that fit colour networks to harmonics, at most a fifth of the run's
 # learning rates of the codebooks; for those of the lobe latents, the ratio to these latents' rate
 CODEBOOK_LRS = {"scale": 1e-3, "opacity": 1e-3, "rotation": 5e-4, "appearance": 1e-3}
