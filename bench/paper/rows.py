@@ -406,12 +406,6 @@ DEFAULTS: dict[str, Row] = {
         "default", "the default's teacher", coded=False, student=False, classic=False
     ),
     "default": Row("default", "the default as it ships, antialiased", classic=False),
-    "default-no-depth-pass": Row(
-        "default",
-        "the same, without the depth pass",
-        ("student.weighting.depth_pass=false",),
-        classic=False,
-    ),
     "default-sorted": Row("default", "the same, blended sorted", SORTED, classic=False),
     "default-sorted-lobes": Row(
         "default",
@@ -425,6 +419,45 @@ DEFAULTS: dict[str, Row] = {
         (*SORTED, "student.color.degree=2", "student.color.latents=9"),
         classic=False,
     ),
+}
+
+# the default with one departure from the paper taken back
+_CODEBOOKS = ("student.quantization.method=nvq", "student.schedule.quantize_from=0.7")
+_NETWORK = ("student.view_dependence.kind=network",)
+_TAKEN_BACK = {
+    "no-depth-pass": ("no depth pass", ("student.weighting.depth_pass=false",)),
+    "network": ("the paper's network makes opacities and phi in every frame", _NETWORK),
+    "network-alone": (
+        "the same, without a base opacity per Gaussian",
+        (*_NETWORK, "student.view_dependence.start_opacity=0.5", "student.lr.opacities=0"),
+    ),
+    "full-ellipses": ("ellipses out to alpha = 1/255", (FULL,)),
+    "exponent-80": ("exp(s / d) with its exponent up to 80", ("student.weighting.exponent_max=80",)),
+    "no-virtual-views": (
+        "distilled at the photos' views in every step",
+        ("student.loss.virtual_view_every=0",),
+    ),
+    "no-front": ("without the term of coverage before planes", NO_FRONT),
+    "no-overdraw-term": ("without the overdraw term", ("student.loss.overdraw_weight=0",)),
+    "all-depths": ("depths compared at all pixels", ("student.loss.mask_depth=false",)),
+    "color-networks": ("networks make the colours", ("student.color.decoder=latent_networks",)),
+    "codebooks": ("the paper's codebooks, which learn", _CODEBOOKS),
+    "frozen-codebooks": (
+        "the same, and neither codebooks nor indices change",
+        (*_CODEBOOKS, "student.schedule.reassign_every=0", "student.lr.codebook_factor=0"),
+    ),
+    "late-rate-term": ("no rate term before quantisation", LATE_RATE_TERM),
+    "unrounded-means": (
+        "means rounded in the file alone",
+        ("student.quantization.round_means=false",),
+    ),
+    "1000-votes": ("1,000 votes per interval", ("student.pruning.votes_per_interval=1000",)),
+    "three-photos": ("three photos per step", ("student.views_per_step=3",)),
+    "constant-rates": ("learning rates that do not fall", ("student.lr.final_factor=1",)),
+}
+DEFAULTS |= {
+    f"default-{name}": Row("default", about, settings, classic=False)
+    for name, (about, settings) in _TAKEN_BACK.items()
 }
 
 # the release's model: what a part of it is worth
