@@ -71,6 +71,12 @@ def minutes_rows(cells: dict[str, Any]) -> Rows:
     ]
 
 
+def size_rows(cells: dict[str, Any]) -> Rows:
+    """Return the PSNR of every scene by size, beside that of an enlargement."""
+    order = ("1/4", "1/2", "1", "2", "bicubic")
+    return [[name, *(f"{found[size]:.2f}" for size in order)] for name, found in cells.items()]
+
+
 def memory_rows(cells: dict[str, Any]) -> Rows:
     """Return peak and planned memory by size and number of Gaussians."""
     return [
@@ -377,6 +383,9 @@ def blocks(results: dict[str, Any]) -> dict[str, str]:
             "compression",
             format_rows,
             "file | PSNR dB | lost | LPIPS lost | bytes | per Gaussian | encode s | decode s",
+        ),
+        "sizes": block(
+            "sizes", "sizes", size_rows, "scene | 1/4 | 1/2 | 1 | 2 | 2, bicubic from 1"
         ),
         "first_picture": block(
             "first_picture",
