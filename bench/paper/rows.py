@@ -432,7 +432,10 @@ _TAKEN_BACK = {
         (*_NETWORK, "student.view_dependence.start_opacity=0.5", "student.lr.opacities=0"),
     ),
     "full-ellipses": ("ellipses out to alpha = 1/255", (FULL,)),
-    "exponent-80": ("exp(s / d) with its exponent up to 80", ("student.weighting.exponent_max=80",)),
+    "exponent-80": (
+        "exp(s / d) with its exponent up to 80",
+        ("student.weighting.exponent_max=80",),
+    ),
     "no-virtual-views": (
         "distilled at the photos' views in every step",
         ("student.loss.virtual_view_every=0",),
