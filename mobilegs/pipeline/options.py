@@ -27,7 +27,7 @@ from mobilegs.train.recipes import (
 from mobilegs.train.run_dir import RunConfig, load_config
 
 MINUTES = (1.0, 10_000)  # that --minutes takes
-USUAL_MINUTES = {"cpu": 30.0, "cuda": 10.0}
+USUAL_MINUTES = {"cpu": 30.0, "cuda": 3.0}
 STEPS = ("teacher.steps", "student.steps")  # settings that exclude a budget
 LONG_PRESETS = ("long", "paper", "release")  # too long for most CPUs
 # options that may differ between the sessions of one run
@@ -45,7 +45,7 @@ class RunOptions:
     """Time of the training. The program times a few steps on this machine, chooses the number of
     steps and, if it trains a teacher, the size of the photos and the number of Gaussians, and keeps
     to the time. Finding poses, rendering views and measuring LPIPS come on top. Default: 30 on a
-    CPU and 10 on a GPU, unless --preset, --steps or a recipe decide the length."""
+    CPU and 3 on a GPU, unless --preset, --steps or a recipe decide the length."""
     preset: PresetName | None = None
     """Length and size of the training. demo: 2,000 steps of the teacher and 2,200 of the student,
     for small captures. short: 5,000 and 5,000 steps, about 6 minutes on two cores for photos of
