@@ -95,7 +95,6 @@ LINES: dict[str, tuple[Line, ...]] = {
         Line("GES", -0.10, "-0.14 in another table", ("two-pass",)),
         Line("Mini-Splatting, coded", -0.10, "", ("quantized-mini-splatting",)),
         Line("3DGS, coded", -0.11, "", ("quantized-3dgs",)),
-        Line("SortFreeGS, Eq. 1 as printed", -0.38, "", ("sort-free-gs-printed",)),
     ),
 }
 PAPER_DELTAS = {row: line.paper for lines in LINES.values() for line in lines for row in line.rows}
@@ -105,17 +104,12 @@ LONG = 10_000  # student steps from which on a comparison counts
 
 def base_of(name: str) -> str:
     """Return the row that a row is compared with."""
-    for base in ("early-codes-", "release-"):
-        if name.startswith(base):
-            return base[:-1]
-    return "paper" if ROWS[name].table == "paper" else BASE
-
-
-def claimed_base(name: str) -> str:
-    """Return the row that a row of the paper's tables is compared with here."""
     if name in ON_MINI_SPLATTING:
         return "mini-splatting-on"
-    return "no-codes" if name == "sort-free-gs-printed" else base_of(name)
+    for base in ("release", "default"):
+        if name.startswith(base):
+            return base
+    return "paper" if ROWS[name].table == "paper" else BASE
 
 
 class Claim(NamedTuple):
@@ -182,8 +176,10 @@ class Departure(NamedTuple):
     about: str
     settings: str
     why: str
-    rows: tuple[str, str] | None = None
-    """A row with the choice and one that differs in nothing else; None: not measured."""
+    without: str
+    """The row `default-WITHOUT` is the default without the choice."""
+    base: str = "default"
+    """The row with the choice, which differs in nothing else."""
 
 
 DEPARTURES = (
@@ -191,90 +187,101 @@ DEPARTURES = (
         "weights differ from pixel to pixel, by a depth pass",
         "weighting.depth_pass=true",
         "a lobe knows a direction and no pixel",
-        ("default", "default-no-depth-pass"),
+        "no-depth-pass",
     ),
     Departure(
         "opacity and phi from lobes, decoded once when the file is opened",
         "view_dependence.kind=latent",
         "a dot product per frame instead of 38,000 multiplications",
-        ("codebooks", "network"),
+        "network",
     ),
     Departure(
-        "each Gaussian keeps a base opacity from the teacher",
+        "with a network: each Gaussian keeps a base opacity from the teacher",
         "view_dependence.start_opacity=0, lr.opacities=0.01",
         "a shared network has to learn them again otherwise",
-        ("network", "no-base-opacity"),
+        "network-alone",
+        "default-network",
     ),
     Departure(
         "ellipses end at 1/64",
         "weighting.alpha_min=0.015625",
         "a third less area, which takes most of a frame",
-        ("codebooks", "full-ellipses"),
+        "full-ellipses",
     ),
     Departure(
         "the exponent of w is at most 4",
         "weighting.exponent_max=4",
         "sums in float16; no flashes when the camera passes close to a Gaussian",
+        "exponent-80",
     ),
     Departure(
         "distillation on virtual views, in the first half",
         "loss.virtual_view_every=4",
         "between the photos there is nothing else to learn from",
-        ("late-rate-term", "paper-distillation"),
+        "no-virtual-views",
     ),
     Departure(
         "coverage before planes is compared",
         "loss.front_weight=0.1",
         "light is not lost in front of surfaces, where meshes and other scenes show it",
-        ("ours", "no-front"),
+        "no-front",
     ),
     Departure(
         "overdraw term",
         "loss.overdraw_weight=5e-5",
         "fewer ellipses per pixel, which makes frames faster",
-        ("paper-distillation", "no-overdraw-term"),
+        "no-overdraw-term",
     ),
     Departure(
         "mean depths are compared, where both cover the pixel",
         "loss.mask_depth=true",
         "a pixel covered in one image only says nothing about depth",
-        ("codebooks", "unmasked-depth"),
+        "all-depths",
     ),
     Departure(
         "two matrices make the colours",
         "color.decoder=linear",
         "smaller and faster to decode",
-        ("codebooks", "color-networks"),
+        "color-networks",
     ),
     Departure(
         "scalar quantisation with learned step sizes",
         "quantization.method=sq, schedule.quantize_from=0.9",
-        "better and smaller at equal training",
-        ("no-overdraw-term", "codebooks"),
-    ),
-    Departure(
-        "a rate term before quantisation",
-        "schedule.rate_from=0.4",
-        "smaller files",
-        ("ours", "late-rate-term"),
+        "files a third smaller",
+        "codebooks",
     ),
     Departure(
         "with codebooks: they learn, and indices are assigned again",
         "schedule.reassign_every=25, lr.codebook_factor=1",
         "a small codebook is used better",
-        ("codebooks", "frozen-codebooks"),
+        "frozen-codebooks",
+        "default-codebooks",
+    ),
+    Departure(
+        "a rate term before quantisation",
+        "schedule.rate_from=0.4",
+        "smaller files",
+        "late-rate-term",
     ),
     Departure(
         "means are rounded while training",
         "quantization.round_means=true",
         "the file's positions are those that were trained",
-        ("codebooks", "unrounded-means"),
+        "unrounded-means",
     ),
     Departure(
         "8 or 12 votes per interval",
         "pruning.votes_per_interval=12",
         "a vote evaluates all Gaussians",
+        "1000-votes",
     ),
-    Departure("one photo per step", "views_per_step=1", "more steps in the same time"),
-    Departure("learning rates fall", "lr.final_factor=0.3", "a run of any length ends settled"),
+    Departure(
+        "one photo per step", "views_per_step=1", "more steps in the same time", "three-photos"
+    ),
+    Departure(
+        "learning rates fall",
+        "lr.final_factor=0.3",
+        "a run of any length ends settled",
+        "constant-rates",
+    ),
 )

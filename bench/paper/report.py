@@ -1,4 +1,4 @@
-"""Write the tables and the plot of the paper's pages from the collected cells.
+"""Write the tables of the paper's pages from the collected cells.
 
 docs/explanation/paper.md gets the table at equal bytes, a verdict on each claim of the paper, the
 long runs and the short ones; paper_settings.md what each departure of the default gains. `make
@@ -6,8 +6,6 @@ docs` makes the page of the tables line by line and of all rows, paper_tables.md
 committed.
 
     python -m bench.paper.report [--json bench/results/paper.json] [--tables FILE]
-
-Needs matplotlib (`pip install 'mobilegs[bench]'`).
 """
 
 import argparse
@@ -26,9 +24,8 @@ from bench.paper.claims import (
     PAPER_DELTAS,
     Line,
     base_of,
-    claimed_base,
 )
-from bench.paper.equal_bytes import AIMED, MOTION, equal_table, summary
+from bench.paper.equal_bytes import MOTION, equal_table, summary
 from bench.paper.printed_bytes import readings
 from bench.paper.rows import RELEASES, ROWS
 from bench.paper.verdicts import LONG, own_rows, place, verdict_of
@@ -38,12 +35,9 @@ from mobilegs.train.recipes import RECIPES
 ROOT = Path(__file__).parents[2]
 PAGE = ROOT / "docs/explanation/paper.md"
 SETTINGS = ROOT / "docs/explanation/paper_settings.md"
-PLOT = ROOT / "docs/images/paper.png"
-FEW = 3  # cells that need no plot
-COLUMNS = 3  # panels side by side
-SHOWN_DB = 7  # below the best row
 SMALL = ("bonsai-400", "horns-250", "lego-200")
-TESTED = ("horns-250", "lego-200", "bonsai-800-short")
+PAIRED = ("horns-250", "lego-200")
+TESTED = (*PAIRED, "bonsai-800-short")
 TITLES = {
     "main": "Teacher and students",
     "default": "The default as it ships",
@@ -51,7 +45,6 @@ TITLES = {
     "pruning": "Pruning",
     "codebooks": "Codebooks",
     "rivals": "Rivals in the same trainer",
-    "fixes": "Errors of the release, put back",
     "paper": "The paper's own model",
 }
 HEADS = {
@@ -69,19 +62,14 @@ TABLES_HEAD = """\
 | column | meaning |
 |---|---|
 | PSNR, SSIM, LPIPS | of held-back photos at 8 bits; LPIPS is VGG on images in [0, 1] |
-| against `codebooks` | difference to row `codebooks` by the same teacher, mean over the seeds |
+| against the base | difference to the row without the change, by the same teacher |
 | paper | the paper's difference to its whole method, mean of Mip-NeRF 360 |
 | MiB | the file's, with one LOD level; of rows without codes four bytes per number |
 | ms per frame | a whole frame of the CPU kernels, the fastest of four |
 | min | the student's training, or the teacher's in its own row |
 | ± | half the distance between two seeds; without it there is one seed |
 
-Many milliseconds and minutes come from a busy machine and are up to three times too long: those of
-lego's rows, of the 10,000-step rows, of the 5,000-step rows other than `ours`, `no-overdraw-term`
-and `double-overdraw-term`, and of five rows by bonsai's teacher of seed 2 (`codebooks`,
-`no-view-dependence`, `no-phi`, `no-codes`, `full-ellipses`).
-
-![PSNR and size of every row](../images/paper.png)
+Milliseconds and minutes come from several machines, many of them busy: they say little.
 """
 
 
@@ -313,7 +301,7 @@ def against(cells: list[dict], scene: str, name: str, base: str) -> Found | None
 
 def longest(cells: list[dict], scene: str, rows: Sequence[str]) -> Found | None:
     """Return the figures of the longest runs of a scene; of equal ones, of the first row."""
-    each = [against(cells, scene, name, claimed_base(name)) for name in rows]
+    each = [against(cells, scene, name, base_of(name)) for name in rows]
     return max((one for one in each if one), key=lambda one: one.steps, default=None)
 
 
@@ -397,21 +385,21 @@ def departures(cells: list[dict]) -> list[str]:
     """Return a table of the default's departures from the paper, with what each gains."""
     rows = []
     for one in DEPARTURES:
-        found = [one.rows and against(cells, scene, *one.rows) for scene in SMALL]
+        without = f"default-{one.without}"
+        found = [against(cells, scene, one.base, without) for scene in PAIRED]
         ratios = [each.size for each in found if each]
-        names = " - ".join(f"`{row}`" for row in one.rows) if one.rows else "not measured"
         rows.append(
             [
                 one.about,
                 ", ".join(f"`student.{setting}`" for setting in one.settings.split(", ")),
                 one.why,
-                names,
+                f"`{one.base}` - `{without}`",
                 *(signed(each.psnr if each else None) for each in found),
                 f"{100 * (mean(ratios) - 1):+.0f} %" if ratios else "-",
-                steps_told([each or None for each in found]),
+                steps_told(found),
             ]
         )
-    headings = ["departure", "setting", "why", "rows", *SMALL, "bytes", "steps"]
+    headings = ["departure", "setting", "why", "rows", *PAIRED, "bytes", "steps"]
     return table(headings, rows, words=4)
 
 
@@ -480,44 +468,6 @@ def sections(cells: list[dict]) -> list[str]:
     return lines
 
 
-def plot(cells: list[dict]) -> None:
-    """Plot bytes against PSNR, one panel per scene and length; not of files of chosen bytes."""
-    import matplotlib.pyplot as plt
-    from matplotlib.ticker import LogLocator, NullFormatter
-
-    shown = [cell for cell in cells if not AIMED & set(cell.get("settings", ()))]
-    runs = {key: found for key, found in runs_of(shown).items() if len(found) > FEW}
-    columns = min(len(runs), COLUMNS)
-    lines = -(-len(runs) // columns)
-    figure, axes = plt.subplots(
-        lines, columns, figsize=(5 * columns, 3.8 * lines), squeeze=False, layout="constrained"
-    )
-    looks = {kind: dict(marker=mark) for kind, mark in zip(TITLES, "*XosD^vP", strict=True)}
-    for i, look in enumerate(looks.values()):
-        look["color"] = f"C{i}"
-    for axis in axes.flat[len(runs) :]:
-        axis.remove()
-    for axis, (run, every) in zip(axes.flat, runs.items(), strict=False):
-        least = max(cell["psnr"] for cell in every) - SHOWN_DB
-        found = [cell for cell in every if cell["psnr"] > least]
-        left = len(every) - len(found)
-        for kind, title in TITLES.items():
-            some = [cell for cell in found if ROWS[cell["row"]].table == kind]
-            sizes = [cell["bytes"] / 2**20 for cell in some]
-            psnrs = [cell["psnr"] for cell in some]
-            axis.plot(sizes, psnrs, ls="", label=title, alpha=0.8, **looks[kind])
-        below = f" ({left} below {least:.1f})" if left else ""
-        axis.set(xlabel="MiB", xscale="log")
-        axis.set_title(f"{run.scene}, {run.title}", fontsize=10)
-        axis.set_ylabel(f"PSNR, dB{below}")
-        axis.xaxis.set_major_locator(LogLocator(subs=(1, 2, 5)))
-        axis.xaxis.set_major_formatter(lambda size, _: f"{size:g}")
-        axis.xaxis.set_minor_formatter(NullFormatter())
-        axis.grid(alpha=0.3)
-    axes[0][0].legend(fontsize=8)
-    figure.savefig(PLOT, dpi=110)
-
-
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--json", type=Path, default=ROOT / "bench" / "results" / "paper.json")
@@ -542,8 +492,7 @@ def main() -> None:
         (SETTINGS, "float32", float32_networks(cells)),
     ):
         page.write_text(filled(page.read_text(), name, "\n".join(lines).strip()))
-    plot(cells)
-    print(f"{len(cells)} cells -> {PAGE}, {SETTINGS}, {PLOT}")
+    print(f"{len(cells)} cells -> {PAGE}, {SETTINGS}")
 
 
 def tables_page(cells: list[dict]) -> str:

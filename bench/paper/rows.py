@@ -7,36 +7,19 @@ from mobilegs.train.recipes import PAPER, RELEASE
 
 ARCHIVED = "f977b68"  # the commit whose bench/paper/run.py makes archived rows
 
-# settings that take the presets' departures from the paper back: virtual views, the early rate
-# term, scalar quantisation, the overdraw term
+NVQ = ("student.quantization.method=nvq", "student.schedule.quantize_from=0.7")
 LATE_RATE_TERM = ("student.schedule.rate_from=1",)
 NO_FRONT = ("student.loss.front_weight=0",)
-PAPER_DISTILLATION = ("student.loss.virtual_view_every=0", *NO_FRONT, *LATE_RATE_TERM)
-CODEBOOKS = (
-    "student.quantization.method=nvq",
-    "student.schedule.quantize_from=0.7",
-    "student.loss.overdraw_weight=0",
-    *PAPER_DISTILLATION,
-)
+NO_VIRTUAL_VIEWS = ("student.loss.virtual_view_every=0",)
+NO_OVERDRAW = ("student.loss.overdraw_weight=0",)
+# the default with codebooks and without what this project adds to the loss
+CODEBOOKS = (*NVQ, *NO_OVERDRAW, *NO_VIRTUAL_VIEWS, *NO_FRONT, *LATE_RATE_TERM)
 CONSTANT = "student.view_dependence.kind=constant"
 SORTED = (CONSTANT, "student.blend=sorted")
 EXPLICIT = ("student.schedule.quantize_from=1", "student.schedule.latents_from=1")
-FULL = "student.weighting.alpha_min=0.00392157"
 NO_VOTES = ("student.pruning.quantile=0",)
 ONCE = ("student.pruning.interval=0.4", "student.pruning.until=0.4")
 ALL_DEGREES = ("student.color.degree=3",)
-# opacity from the network only: all Gaussians have the same base, which does not learn
-NO_BASE = (
-    "student.view_dependence.kind=network",
-    "student.view_dependence.start_opacity=0.5",
-    "student.lr.opacities=0",
-)
-# the release quantises in the last thirtieth, and its codebooks do not learn
-FROZEN = (
-    "student.schedule.quantize_from=0.9667",
-    "student.lr.codebook_factor=0",
-    "student.lr.quantized_factor=0",
-)
 
 
 @dataclass(frozen=True)
@@ -73,7 +56,7 @@ def _thresholds() -> dict[str, Row]:
             f"votes below the {share} quantile",
             (f"student.pruning.quantile={share}",),
         )
-        for share in (0.1, 0.3, 0.4, 0.5, 0.6)
+        for share in (0.1, 0.4, 0.6)
     }
 
 
@@ -84,36 +67,7 @@ def _codebooks() -> dict[str, Row]:
             f"2^{bits} entries for each pair of colour latents",
             (f"student.quantization.codebooks.appearance={2**bits}",),
         )
-        for bits in (6, 8, 10, 12)
-    }
-
-
-def _scalars() -> dict[str, Row]:
-    return {
-        f"sq-{weight}": Row(
-            "codebooks",
-            f"scalar quantisation of quality 1, rate weight {weight}",
-            ("student.quantization.quality=1", f"student.quantization.rate_weight={weight}"),
-        )
-        for weight in (0.0003, 0.001, 0.003)
-    } | {
-        f"sq-quality-{fine}": Row(
-            "codebooks",
-            f"scalar quantisation of quality {fine}",
-            (f"student.quantization.quality={fine}",),
-        )
-        for fine in (3, 4)
-    }
-
-
-def _masks() -> dict[str, Row]:
-    return {
-        f"masked-{weight}": Row(
-            "main",
-            f"`paper-distillation` with learned masks of weight {weight}",
-            archived=True,
-        )
-        for weight in (0.0025, 0.005, 0.01, 0.03)
+        for bits in (6, 8, 12)
     }
 
 
@@ -124,73 +78,12 @@ OURS: dict[str, Row] = {
     "ours-sorted": Row(
         "main", "the default, blended sorted; one opacity per Gaussian, no phi, no lobes", SORTED
     ),
-    "late-rate-term": Row(
-        "main", "the default without the rate term before quantisation", LATE_RATE_TERM
-    ),
-    "paper-distillation": Row(
-        "main",
-        "`late-rate-term`, distilled at the photos' views in every step, as in the paper",
-        PAPER_DISTILLATION,
-    ),
-    "no-front": Row(
-        "main",
-        "the default without the term of coverage before planes",
-        NO_FRONT,
-    ),
-    "front-alone": Row(
-        "main",
-        "the default without distillation of colours and depths",
-        ("student.loss.distill_weight=0", "student.loss.depth_weight=0"),
-    ),
-    "photos-only": Row(
-        "main",
-        "`late-rate-term` without distillation of colours and depths",
-        (*PAPER_DISTILLATION, "student.loss.distill_weight=0", "student.loss.depth_weight=0"),
-    ),
-    "no-overdraw-term": Row(
-        "main",
-        "`paper-distillation` without the overdraw term",
-        (*PAPER_DISTILLATION, "student.loss.overdraw_weight=0"),
-    ),
-    "double-overdraw-term": Row(
-        "main",
-        "`paper-distillation` with twice the overdraw weight",
-        (*PAPER_DISTILLATION, "student.loss.overdraw_weight=1e-4"),
-    ),
-    **_masks(),
-    **_scalars(),
 }
 # all rows with codebooks, as in the paper
 THEIRS: dict[str, Row] = {
     "codebooks": Row(
         "main",
-        "`paper-distillation` with the paper's codebooks, without the overdraw term",
-    ),
-    "network": Row(
-        "main",
-        "the paper's network in every frame, plus a base opacity per Gaussian",
-        ("student.view_dependence.kind=network",),
-    ),
-    "near-paper": Row(
-        "main",
-        "the same, the release's networks for colours, ellipses out to alpha = 1/255",
-        ("student.view_dependence.kind=network", "student.color.decoder=networks", FULL),
-    ),
-    "near-release": Row(
-        "main",
-        "the release with its errors, but 8 or 12 votes per interval",
-        (
-            *NO_BASE,
-            *FROZEN,
-            "student.color.decoder=networks",
-            FULL,
-            "student.weighting.exponent_max=80",
-            "student.weighting.detached=true",
-            "student.loss.mask_depth=false",
-            "student.loss.depth_weight=0.2",
-            "student.schedule.keep_moments=false",
-            "student.quantization.round_means=false",
-        ),
+        "the paper's codebooks, virtual views, overdraw, front and early rate terms off",
     ),
     # ---- the paper's Table 5
     "no-order-independence": Row(
@@ -201,19 +94,9 @@ THEIRS: dict[str, Row] = {
         "opacity and phi are constant per Gaussian",
         archived=True,
     ),
-    "no-phi": Row("ablation", "constant opacity, phi = 1", (CONSTANT,)),
     "no-codes": Row("ablation", "neither networks nor codebooks", EXPLICIT, coded=False),
-    "full-ellipses": Row("ablation", "ellipses out to alpha = 1/255", (FULL,)),
     "no-depth-term": Row("ablation", "w without phi / d^2", method=Method("no_depth")),
     "no-scale-term": Row("ablation", "w without exp(s / d)", method=Method("no_scale")),
-    "wide-lobes": Row(
-        "ablation",
-        "the lobe network 64 wide, not 16",
-        archived=True,
-    ),
-    "color-networks": Row(
-        "ablation", "the paper's networks make the colours", ("student.color.decoder=networks",)
-    ),
     "sh-0": Row("ablation", "SH degree 0", ("student.color.degree=0",)),
     "sh-2": Row(
         "ablation",
@@ -227,8 +110,6 @@ THEIRS: dict[str, Row] = {
     ),
     # ---- pruning
     "no-pruning": Row("pruning", "no votes", NO_VOTES),
-    "by-opacity": Row("pruning", "votes by opacity only", method=Method(criterion="opacity")),
-    "by-scale": Row("pruning", "votes by scale only", method=Method(criterion="scale")),
     "by-opacity-once": Row(
         "pruning",
         "votes by opacity only, one pruning",
@@ -260,25 +141,12 @@ THEIRS: dict[str, Row] = {
         coded=False,
         archived=True,
     ),
-    "masks-votes": Row(
-        "pruning",
-        "the same with both",
-        coded=False,
-        archived=True,
-    ),
     # ---- quantisation
     **_codebooks(),
     # ---- rivals
     "sort-free-gs": Row(
         "rivals",
         "weights of SortFreeGS, linear form, with learned sigma and background weight",
-        archived=True,
-    ),
-    "sort-free-gs-printed": Row(
-        "rivals",
-        "Eq. 1 as printed: w = exp(-sigma d^beta), sigma and beta of each Gaussian learned, "
-        "opacity as free lobes; neither networks nor codebooks",
-        coded=False,
         archived=True,
     ),
     "two-pass": Row(
@@ -295,59 +163,11 @@ THEIRS: dict[str, Row] = {
     "quantized-mini-splatting": Row(
         "rivals", "Mini-Splatting, quantised", (*SORTED, *ALL_DEGREES, *NO_VOTES)
     ),
-    # ---- errors of the release, put back one at a time
-    "no-base-opacity": Row(
-        "fixes",
-        "opacity from the network only; compare with `network`",
-        NO_BASE,
-    ),
-    "frozen-codebooks": Row(
-        "fixes", "quantised at the end with codebooks that do not learn", FROZEN
-    ),
-    "depth-weight-0.2": Row("fixes", "twice the depth loss", ("student.loss.depth_weight=0.2",)),
-    "unmasked-depth": Row(
-        "fixes",
-        "depth loss over all pixels, of depths not divided by alpha",
-        ("student.loss.mask_depth=false",),
-    ),
-    "reset-moments": Row(
-        "fixes",
-        "Adam restarts when latents replace colours",
-        ("student.schedule.keep_moments=false",),
-    ),
-    "unrounded-means": Row(
-        "fixes",
-        "means are not rounded during training",
-        ("student.quantization.round_means=false",),
-    ),
-    "detached-weight": Row(
-        "fixes",
-        "no gradient through w into depth and scale",
-        ("student.weighting.detached=true",),
-    ),
-    "exponent-80": Row(
-        "fixes", "exp(s / d) without the clamp at 4", ("student.weighting.exponent_max=80",)
-    ),
-    "no-distillation": Row(
-        "fixes",
-        "loss on photos only",
-        ("student.loss.distill_weight=0", "student.loss.depth_weight=0"),
-    ),
 }
 
 # the paper's own model, and every line of its ablations
 PAPERS: dict[str, Row] = {
     "paper": Row("paper", "the preset paper's choices"),
-    "early-codes": Row(
-        "paper",
-        "the same, but five codebooks that are fixed from a sixth of the run on",
-        archived=True,
-    ),
-    "early-codes-sorted": Row(
-        "paper",
-        "`early-codes` blended sorted, the network's opacities kept, without phi",
-        archived=True,
-    ),
     "paper-no-order-independence": Row(
         "paper",
         "blended sorted, the network's opacities kept, without phi",
@@ -422,7 +242,6 @@ DEFAULTS: dict[str, Row] = {
 }
 
 # the default with one departure from the paper taken back
-_CODEBOOKS = ("student.quantization.method=nvq", "student.schedule.quantize_from=0.7")
 _NETWORK = ("student.view_dependence.kind=network",)
 _TAKEN_BACK = {
     "no-depth-pass": ("no depth pass", ("student.weighting.depth_pass=false",)),
@@ -431,23 +250,23 @@ _TAKEN_BACK = {
         "the same, without a base opacity per Gaussian",
         (*_NETWORK, "student.view_dependence.start_opacity=0.5", "student.lr.opacities=0"),
     ),
-    "full-ellipses": ("ellipses out to alpha = 1/255", (FULL,)),
+    "full-ellipses": ("ellipses out to alpha = 1/255", ("student.weighting.alpha_min=0.00392157",)),
     "exponent-80": (
         "exp(s / d) with its exponent up to 80",
         ("student.weighting.exponent_max=80",),
     ),
     "no-virtual-views": (
         "distilled at the photos' views in every step",
-        ("student.loss.virtual_view_every=0",),
+        NO_VIRTUAL_VIEWS,
     ),
     "no-front": ("without the term of coverage before planes", NO_FRONT),
-    "no-overdraw-term": ("without the overdraw term", ("student.loss.overdraw_weight=0",)),
+    "no-overdraw-term": ("without the overdraw term", NO_OVERDRAW),
     "all-depths": ("depths compared at all pixels", ("student.loss.mask_depth=false",)),
     "color-networks": ("networks make the colours", ("student.color.decoder=latent_networks",)),
-    "codebooks": ("the paper's codebooks, which learn", _CODEBOOKS),
+    "codebooks": ("the paper's codebooks, which learn", NVQ),
     "frozen-codebooks": (
         "the same, and neither codebooks nor indices change",
-        (*_CODEBOOKS, "student.schedule.reassign_every=0", "student.lr.codebook_factor=0"),
+        (*NVQ, "student.schedule.reassign_every=0", "student.lr.codebook_factor=0"),
     ),
     "late-rate-term": ("no rate term before quantisation", LATE_RATE_TERM),
     "unrounded-means": (

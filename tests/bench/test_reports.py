@@ -34,11 +34,11 @@ def test_cells_of_other_lengths_protocols_teachers_and_settings_have_tables_of_t
 
 def test_rows_are_compared_by_seeds_that_both_have() -> None:
     base = [cell("codebooks", psnr=30.0), cell("codebooks", seed=1, psnr=33.0)]
-    one, neither = cell("network", seed=1, psnr=32.5), cell("no-phi", seed=7, psnr=10.0)
+    one, neither = cell("sh-0", seed=1, psnr=32.5), cell("no-codes", seed=7, psnr=10.0)
     assert paper_report.difference([one], base) == -0.5
     assert paper_report.difference([neither], base) is None
     text = "\n".join(paper_report.sections([*base, one, neither]))
-    assert "| 32.50 | -0.50 | - |" in text and "| 10.00 | - | - |" in text
+    assert "| 32.50 | -0.50 | -0.08 |" in text and "| 10.00 | - | +0.21 |" in text
 
 
 def test_rows_of_several_scenes_stand_side_by_side() -> None:
@@ -48,16 +48,16 @@ def test_rows_of_several_scenes_stand_side_by_side() -> None:
         cell("codebooks", "b", seed=1, psnr=22.0),
         cell("no-pruning", "a", psnr=30.25),
         cell("no-pruning", "b", seed=1, psnr=21.5),
-        cell("no-phi", "b", psnr=19.0),  # of one scene alone
+        cell("no-codes", "b", psnr=19.0),  # of one scene alone
     ]
     text = "\n".join(paper_report.side_by_side(paper_report.runs_of(cells)))
     assert (
         "| a | b | paper" in text and "| `no-pruning` | no votes | +0.25 | -0.50 | +0.10 |" in text
     )
-    assert "no-phi" not in text
-    longer = cell("no-phi", "a", psnr=29.0, student_steps=9)
+    assert "no-codes" not in text
+    longer = cell("no-codes", "a", psnr=29.0, student_steps=9)
     text = "\n".join(paper_report.side_by_side(paper_report.runs_of([*cells, longer])))
-    assert "no-phi" not in text
+    assert "no-codes" not in text
 
 
 def test_a_group_has_means_over_the_scenes_that_have_a_row() -> None:
