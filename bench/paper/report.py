@@ -35,8 +35,8 @@ from mobilegs.train.recipes import RECIPES
 ROOT = Path(__file__).parents[2]
 PAGE = ROOT / "docs/explanation/paper.md"
 SETTINGS = ROOT / "docs/explanation/paper_settings.md"
-SMALL = ("bonsai-400", "horns-250", "lego-200")
 PAIRED = ("horns-250", "lego-200")
+SMALL = ("bonsai-400", *PAIRED)
 TESTED = (*PAIRED, "bonsai-800-short")
 TITLES = {
     "main": "Teacher and students",
