@@ -189,10 +189,21 @@ def test_elements_in_step(tab: Tab) -> None:
         found = moves(tab)
         assert sorted(one["id"] for one in found) == ["a", "b", "c"]  # once each: no echo
         assert {one["origin"] for one in found} == {id}
+    # a pose set by a script before the leader's is drawn
+    tab.page.evaluate(
+        """([first, own]) => {
+          const [a, b] = ["a", "b"].map((id) => document.getElementById(id));
+          document.addEventListener("camera", () => (b.camera = own), { once: true });
+          a.camera = first;
+        }""",
+        [FIRST, THIRD],
+    )
+    frames(tab, 10)
+    assert [camera(tab, id) for id in "abc"] == [THIRD] * 3
     tab.page.evaluate("document.getElementById('c').removeAttribute('follow')")
     place(tab, "a", FIRST)
     frames(tab, 10)
-    assert [camera(tab, id) for id in "abc"] == [FIRST, FIRST, OTHER]
+    assert [camera(tab, id) for id in "abc"] == [FIRST, FIRST, THIRD]
 
 
 def test_elements_that_are_added_later(tab: Tab) -> None:

@@ -82,8 +82,8 @@ export class MobileGs extends (globalThis.HTMLElement ?? Object) {
   #stick = false; // whether the stick for walking works
   #camera = ""; // of the last event
   #notice = 0; // timer of the text that is shown
-  /** The element whose camera moved this one since the last event. @type {MobileGs | null} */
-  #origin = null;
+  /** The pose taken last from another element, and the element whose camera was moved. @type {{pose: Pose, origin: MobileGs} | null} */
+  #taken = null;
   /** Ends following another element. */
   #following = new AbortController();
   /** Choices and pose to restore when the element has its context again. @type {{choices: object, pose: Pose | null} | null} */
@@ -271,7 +271,7 @@ export class MobileGs extends (globalThis.HTMLElement ?? Object) {
     const { followCamera } = await extras();
     if (signal.aborted) return;
     followCamera(this, signal, (pose, origin) => {
-      this.#origin = origin;
+      this.#taken = { pose, origin };
       this.viewer?.place(pose);
     });
   }
@@ -489,8 +489,9 @@ export class MobileGs extends (globalThis.HTMLElement ?? Object) {
     if (!viewer || camera === this.#camera) return;
     this.#camera = camera;
     const { eye, target, up } = viewer.pose;
-    const detail = { camera, eye, target, up, origin: this.#origin ?? this };
-    this.#origin = null;
+    const origin = (viewer.pose === this.#taken?.pose && this.#taken.origin) || this;
+    const detail = { camera, eye, target, up, origin };
+    this.#taken = null;
     // elements that follow this one listen at its root
     this.dispatchEvent(new CustomEvent("camera", { detail, bubbles: true }));
   }
