@@ -60,6 +60,7 @@ WARM, ROUNDS = 8, 5
 SETTLE_SECONDS, BESIDE_SECONDS = 3, 10
 PARTS = {"teacher": 0.75, "explicit": 0.08, "latents": 0.3, "rate": 0.65, "quantized": 0.95}
 READS = ("_local_scalar_dense", "nonzero", "equal", "is_nonzero", "masked_select")
+INDEXED = ("index", "index_put", "index_put_")  # which read the size of a mask
 LAUNCHES = ("cudaLaunchKernel", "cudaLaunchKernelExC", "cuLaunchKernel")
 
 
@@ -89,7 +90,10 @@ class OperationCount(TorchDispatchMode):
         devices = {tensor.device.type for tensor in tensors}
         copies = len(devices) > 1 and result.device.type == "cpu"
         waits = copies and (name != "copy_" or args[2:] != (True,))  # True: it does not block
-        self.host_reads += name in READS or waits
+        masked = name in INDEXED and any(
+            each is not None and each.dtype == torch.bool for each in args[1]
+        )
+        self.host_reads += name in READS or masked or waits
         return result
 
 

@@ -361,8 +361,14 @@ class _Decoded(NamedTuple):
     def nbytes(self) -> int:
         return self.image.nbytes + (0 if self.mask is None else self.mask.nbytes)
 
+    def pinned(self) -> "_Decoded":
+        """Return it in memory from which a GPU copies while the host goes on."""
+        return _Decoded(*(None if t is None else t.pin_memory() for t in self))  # pyright: ignore
+
     def to(self, device: torch.device) -> "_Decoded":
-        return _Decoded(*(None if t is None else t.to(device) for t in self))  # pyright: ignore
+        """Move it; pinned memory does not wait for the GPU, and is not reused before the copy."""
+        moved = (None if t is None else t.to(device, non_blocking=t.is_pinned()) for t in self)
+        return _Decoded(*moved)  # pyright: ignore
 
 
 def load_view(frame: Frame) -> View:
@@ -375,8 +381,8 @@ class ViewLoader:
 
     Decoded photos stay in memory, 8 bits per channel, until `cache_bytes` are used; others are
     decoded on every request. Those of a GPU stay there instead, while they take at most a quarter
-    of its free memory. The result of `get` does not depend on caches or on prefetching. Close the
-    loader, or use it in a `with` block.
+    of its free memory; others go there from pinned memory. The result of `get` does not depend on
+    caches or on prefetching. Close the loader, or use it in a `with` block.
     """
 
     def __init__(self, frames: Sequence[Frame], *, cache_bytes: int = CACHE_BYTES) -> None:
@@ -406,6 +412,8 @@ class ViewLoader:
             if device.type != "cpu" and self._fits(decoded, device):
                 self._on_gpu[index] = decoded.to(device), frame.camera.to(device)
                 return _view(frame, *self._on_gpu[index])
+            if device.type == "cuda":
+                decoded = decoded.pinned()
             if decoded.nbytes <= self._left:
                 self._left -= decoded.nbytes
                 self._cache[index] = decoded

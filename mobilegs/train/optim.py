@@ -154,9 +154,10 @@ class NamedAdam:
     @torch.no_grad()
     def keep_rows(self, rows: Bool[Tensor, "n"]) -> None:
         """Keep the rows of every tensor, and of its moments, where the mask is true."""
+        kept = rows.nonzero()[:, 0]  # once: each use of a mask would wait for a GPU
         for name, tensor in list(self.tensors.items()):
-            moments = {key: value[rows] for key, value in self._moments(tensor).items()}
-            self._replace(name, tensor[rows], moments)
+            moments = {key: value[kept] for key, value in self._moments(tensor).items()}
+            self._replace(name, tensor[kept], moments)
 
     @torch.no_grad()
     def append_rows(self, new: Mapping[str, Tensor]) -> None:

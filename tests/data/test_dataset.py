@@ -60,6 +60,28 @@ def test_photos_stay_on_a_gpu_while_there_is_room(tmp_path, monkeypatch):
         loader.get(3, "meta")
 
 
+@pytest.mark.gpu
+@pytest.mark.skipif(not torch.cuda.is_available(), reason="needs an NVIDIA GPU")
+def test_photos_without_room_on_a_gpu_come_from_pinned_memory(tmp_path, monkeypatch):
+    monkeypatch.setattr("mobilegs.data.dataset.free_bytes", lambda device: 0)
+    copied = []
+
+    class RecordCopies(TorchFunctionMode):
+        def __torch_function__(self, func, types, args=(), kwargs=None):
+            if func is torch.Tensor.to and args[0].shape[:2] == (8, 12):
+                copied.append((args[0].is_pinned(), (kwargs or {}).get("non_blocking")))
+            return func(*args, **(kwargs or {}))
+
+    frames = load_capture(write_capture_of_noise(tmp_path)).train
+    loader = ViewLoader(frames, cache_bytes=12 * 8 * 3)  # of one photo
+    for _ in range(2):
+        for index in range(3):
+            with RecordCopies():
+                view = loader.get(index, "cuda")
+            assert torch.equal(view.image.cpu(), load_view(frames[index]).image)
+    assert copied == [(True, True)] * 6
+
+
 def test_changing_a_view_does_not_change_the_cache(tmp_path):
     loader = ViewLoader(load_capture(write_capture_of_noise(tmp_path)).train)
     before = loader.get(0).image.clone()

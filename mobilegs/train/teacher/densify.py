@@ -219,12 +219,9 @@ class CloneSplit(Fixed):
         scales = adam.tensors["log_scales"].exp()
         large = scales.amax(1) > SPLIT_SCALE * self.extent
         cloned, split = self._select(large, split_too)
-        twice = torch.cat([split.nonzero()[:, 0]] * 2)
-        new = {
-            name: torch.cat([tensor[cloned], tensor[twice]])
-            for name, tensor in adam.tensors.items()
-        }
-        children = slice(int(cloned.sum()), None)
+        once, twice = cloned.nonzero()[:, 0], torch.cat([split.nonzero()[:, 0]] * 2)
+        origins, children = torch.cat([once, twice]), slice(len(once), None)
+        new = {name: tensor[origins] for name, tensor in adam.tensors.items()}
         noise = torch.randn(len(twice), 3, generator=generator).to(scales.device)
         turn = rotation_matrices(adam.tensors["quats"][twice])
         new["means"][children] += (turn @ (scales[twice] * noise)[:, :, None])[:, :, 0]
@@ -258,5 +255,5 @@ class CloneSplit(Fixed):
         if large_too and self.config.prune_scale:
             largest = adam.tensors["log_scales"].amax(1).exp()
             keep &= largest <= self.config.prune_scale * self.extent
-        if keep.any() and not keep.all():
+        if 0 < int(keep.sum()) < len(keep):
             adam.keep_rows(keep)

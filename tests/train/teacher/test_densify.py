@@ -4,6 +4,7 @@ from dataclasses import replace
 
 import torch
 
+from bench.steps import OperationCount
 from mobilegs.camera import Camera
 from mobilegs.train.optim import NamedAdam
 from mobilegs.train.teacher.densify import CloneSplit, DensifyConfig
@@ -143,3 +144,15 @@ def test_nothing_happens_outside_of_the_schedule(generator: torch.Generator) -> 
     assert len(adam.tensors["means"]) == COUNT
     grows.after_step(30, adam, generator)
     assert len(adam.tensors["means"]) == 2 * COUNT
+
+
+def test_a_densification_reads_six_sizes_and_no_more(generator: torch.Generator) -> None:
+    adam, grows = gaussians(), densifier()
+    with torch.no_grad():
+        adam.tensors["log_scales"][0] = 0.0  # is split; 1 and 2 are cloned, 5 is removed
+        adam.tensors["logit_opacities"][5] = -9.0
+    pull(grows, [2, 2, 2, 0, 0, 0])
+    with OperationCount() as counted:
+        grows.after_step(10, adam, generator)
+    assert len(adam.tensors["means"]) == COUNT + 2
+    assert counted.host_reads == 6
