@@ -50,6 +50,23 @@ def quality_rows(runs: dict[str, Any]) -> Rows:
     return rows
 
 
+def compressed_rows(runs: dict[str, Any]) -> Rows:
+    """Return what each file of a compressed scene has of the given scene."""
+    return [
+        [
+            f"{name}, {number(run['teacher']['file_bytes'] / 1e6, 1)} MB" if file == "mgs" else "",
+            f"`.{file}`",
+            number(found["file_bytes"] / 1e6, 2),
+            number(found["psnr"], 2),
+            number(found.get("worst_psnr"), 2),
+            number(found["ssim"], 4),
+            number(found["neutral_rms"], 2),
+        ]
+        for name, run in runs.items()
+        for file, found in (("mgs", run["student"]), *run["formats"].items())
+    ]
+
+
 def minutes_rows(cells: dict[str, Any]) -> Rows:
     """Return time, size and quality of every run of `--minutes`."""
     return [
@@ -298,6 +315,11 @@ def blocks(results: dict[str, Any]) -> dict[str, str]:
         rows = results[name]["rows"]
         return f"`python -m bench.{module}`, {origin_of(rows)}:\n\n{table(head, rows_of(rows))}"
 
+    captures = results.pop("captures")["rows"]
+    for name, wanted in (("trained", False), ("compressed", True)):  # formats: of given scenes
+        rows = {row: run for row, run in captures.items() if ("formats" in run) == wanted}
+        results[name] = {"rows": rows}
+
     def gpu(part: dict[str, Any], module: str, about: str, rows_of: Any, head: str) -> str:
         origin = f"`python -m {module}`, {part['date']}, {part['device']}"
         return f"{origin}, {about}:\n\n{table(head, rows_of(part['rows']))}"
@@ -307,10 +329,16 @@ def blocks(results: dict[str, Any]) -> dict[str, str]:
     both = "forward | {0}, forward + backward"
     return {
         "quality": block(
-            "captures",
+            "trained",
             "captures",
             quality_rows,
             "capture | scene | PSNR dB | SSIM | LPIPS | Gaussians | file MB | minutes",
+        ),
+        "compressed": block(
+            "compressed",
+            "captures",
+            compressed_rows,
+            "scene | file | MB | PSNR dB | worst view | SSIM | whites and greys, of 255",
         ),
         "quality_per_minute": block(
             "quality_per_minute",
@@ -402,8 +430,10 @@ def main() -> None:
     readme, page = ROOT / "README.md", DOCS.read_text()
     readme.write_text(filled(readme.read_text(), "comparison", comparison(results)))
     tables = blocks(results)
-    for name, other in (("formats", "compression.md"), ("neighbors", "reliability.md")):
-        place = DOCS.with_name(other)
+    others = {"formats": "compression.md", "neighbors": "reliability.md"}
+    others["compressed"] = "../guides/existing_scenes.md"
+    for name, other in others.items():
+        place = DOCS.parent / other
         place.write_text(filled(place.read_text(), name, tables.pop(name)))
     for name, text in tables.items():
         page = filled(page, name, text)
