@@ -366,9 +366,9 @@ class _Decoded(NamedTuple):
         return _Decoded(*(None if t is None else t.pin_memory() for t in self))  # pyright: ignore
 
     def to(self, device: torch.device) -> "_Decoded":
-        """Move it; pinned memory does not wait for the GPU, and is not reused before the copy."""
-        moved = (None if t is None else t.to(device, non_blocking=t.is_pinned()) for t in self)
-        return _Decoded(*moved)  # pyright: ignore
+        """Move it; a copy from pinned memory to a GPU does not make the host wait."""
+        on = {"device": device, "non_blocking": device.type == "cuda"}
+        return _Decoded(*(None if t is None else t.to(**on) for t in self))  # pyright: ignore
 
 
 def load_view(frame: Frame) -> View:
