@@ -22,7 +22,6 @@ CAPTURES = {
     "horns": ("llff_horns", ["--downscale", "2", "--max-splats", "30000"]),
     "lego": ("tiny_lego", ["--max-splats", "20000"]),
 }
-
 SCENES = {"playbot": "splats/playbot_125k_sh3pad.ply", "flowers": "splats/flowers_lod1.ply"}
 
 
